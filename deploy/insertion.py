@@ -65,27 +65,27 @@ def nice_step(most):
 
 
 class Plot:
-    def __init__(self, title, x_label, y_label, x_most, y_most, y_name="{:g}".format):
-        self.x_most, self.y_most = x_most, y_most
+    def __init__(self, title, x_label, y_label, x_max, y_max, y_name="{:g}".format):
+        self.x_max, self.y_max = x_max, y_max
         self.parts = [f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {LEFT + WIDTH + 30} {TOP + HEIGHT + 60}" '
                       'font-family="sans-serif" font-size="13">',
                       f"<title>{title}</title>", '<rect width="100%" height="100%" fill="white"/>',
                       f'<rect x="{LEFT}" y="{TOP}" width="{WIDTH}" height="{HEIGHT}" fill="none" stroke="#999"/>',
                       f'<text x="{LEFT}" y="{TOP - 14}">{y_label}</text>',
                       f'<text x="{LEFT + WIDTH / 2}" y="{TOP + HEIGHT + 44}" text-anchor="middle">{x_label}</text>']
-        for i in range(int(x_most / nice_step(x_most)) + 1):
-            at = i * nice_step(x_most)
+        for i in range(int(x_max / nice_step(x_max)) + 1):
+            at = i * nice_step(x_max)
             self.parts.append(f'<text x="{self.x(at):.1f}" y="{TOP + HEIGHT + 20}" text-anchor="middle">{at:g}</text>')
-        for i in range(int(y_most / nice_step(y_most)) + 1):
-            at = i * nice_step(y_most)
+        for i in range(int(y_max / nice_step(y_max)) + 1):
+            at = i * nice_step(y_max)
             self.parts.append(f'<text x="{LEFT - 8}" y="{self.y(at) + 4:.1f}" text-anchor="end">{y_name(at)}</text>')
         self.legend = 0
 
     def x(self, value):
-        return LEFT + WIDTH * value / self.x_most
+        return LEFT + WIDTH * value / self.x_max
 
     def y(self, value):
-        return TOP + HEIGHT * (1 - value / self.y_most)
+        return TOP + HEIGHT * (1 - value / self.y_max)
 
     def curve(self, points, colour, name, dash=""):
         path = " ".join(f"{self.x(x):.1f},{self.y(y):.1f}" for x, y in points)
@@ -143,17 +143,17 @@ def draw_time(log, file):
     plot.write(file)
 
 
-def embed(picture):
-    return base64.b64encode(picture.read_bytes()).decode()
+def embed(image):
+    return base64.b64encode(image.read_bytes()).decode()
 
 
-def draw_pictures(offline, shown, file):
+def draw_images(offline, shown, file):
     parts = [f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {660 * len(shown) + 20} 530" font-family="sans-serif" font-size="22">',
              '<rect width="100%" height="100%" fill="white"/>']
     for i, (number_of, words) in enumerate(shown):
         parts += [f'<text x="{20 + 660 * i}" y="30">{words}</text>',
                   f'<image x="{20 + 660 * i}" y="44" width="640" height="480" '
-                  f'href="data:image/jpeg;base64,{embed(offline / "pictures" / f"{number_of:06}.jpg")}"/>']
+                  f'href="data:image/jpeg;base64,{embed(offline / "images" / f"{number_of:06}.jpg")}"/>']
     file.write_text("\n".join([*parts, "</svg>"]) + "\n")
 
 
@@ -175,7 +175,7 @@ def figures(offline, log_file, out):
     deep = depths(states)
     nearest = min(range(len(states)), key=lambda i: math.dist(
         [number(states[i][f"tip_{axis}"]) or 0 for axis in "xyz"], plan["target"]))
-    draw_pictures(offline, [(plan["detected_sample"] - 1, "before the puncture"), (plan["detected_sample"], "the puncture is reported"),
+    draw_images(offline, [(plan["detected_sample"] - 1, "before the puncture"), (plan["detected_sample"], "the puncture is reported"),
                             (nearest + 1, "at the target")], out / "insertion.svg")
     draw_deformation(states, plan, out / "force-deformation.svg")
     draw_time(log, out / "force-time.svg")

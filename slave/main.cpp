@@ -108,7 +108,7 @@ int Main(int argc, char** argv) {
       &process);
   Add(process_command, "--out", &process.out, "DIR", "Folder for states.csv and summary.json")
       ->required();
-  process_command->add_flag("--pictures", process.images,
+  process_command->add_flag("--images", process.images,
                             "Also write every image with the detections drawn in");
   process_command->add_flag("--frames", process.frames,
                             "Also write every source image, to be processed again");

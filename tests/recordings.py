@@ -305,9 +305,9 @@ def membrane_press_rgbd(folder):
                   [[i, f"{measured[number]:.4f}"] for i, number in enumerate(image_numbers(), 1) if number <= LAST_FITTED])
     published = "6.8 to 7.9 % of the peak"
     yield Row("force on later images, rms, with 1212 and 295 N/m", published, press_error(folder, "stated", STATED))
-    fit = report_of("identify", folder, f"pictures={table}", "--scene", folder / "stated.yaml")["pictures"]
+    fit = report_of("identify", folder, f"images={table}", "--scene", folder / "stated.yaml")["images"]
     fitted = f"{fit['young_modulus_Pa']:.6g} Pa", f"{fit['prestress_N_per_m']:.6g} N/m"
-    yield Row(f"the same, `identify pictures` on images up to {LAST_FITTED}, with its offset of {fit['offset_N']:.2f} N", published,
+    yield Row(f"the same, `identify images` on images up to {LAST_FITTED}, with its offset of {fit['offset_N']:.2f} N", published,
               press_error(folder, "fitted", fitted, fit["offset_N"]))
 
 

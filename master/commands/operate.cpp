@@ -81,14 +81,14 @@ RemoteScene Connect(SlaveLink* link) {
 }
 
 HapticLoop::Options LoopOptions(const Arguments& a, const RemoteScene& scene,
-                                std::chrono::milliseconds longest_round_trip) {
+                                std::chrono::milliseconds max_round_trip) {
   HapticLoop::Options options;
   options.render = *ParseRenderMode(a.render);
   options.transform = scene.transform;
   options.force_limit = std::min(a.force_limit, scene.force_limit);
   options.slew_limit = a.slew_limit;
   options.max_age = MaxAge(scene.sensor_rate);
-  options.longest_trip = std::chrono::duration<double>(longest_round_trip).count();
+  options.max_trip = std::chrono::duration<double>(max_round_trip).count();
   options.dead_after = scene.dead_after;
   options.settings_revision = scene.settings_revision;
   options.motion = MotionOf(a);
@@ -118,7 +118,7 @@ std::optional<double> CertificateUntil(const std::filesystem::path& folder) {
 std::unique_ptr<Observer> OpenObserver(const Arguments& a, RenderMode render, Line* line,
                                        ConnectRecorder* recorder) {
   SlaveLink::Options link = a.link;
-  link.longest_round_trip = line->link.longest_round_trip();
+  link.max_round_trip = line->link.max_round_trip();
   Observer::Options options;
   if (render == RenderMode::kLocal || a.views) options.patches = &line->patches;
   options.health = a.views;
@@ -211,7 +211,7 @@ int Operate(const Arguments& a, Line* line, std::unique_ptr<Device> device,
   }
   line->link.Start(&line->states, &line->commands, &line->settings);
   SessionOptions options;
-  options.loop = LoopOptions(a, scene, line->link.longest_round_trip());
+  options.loop = LoopOptions(a, scene, line->link.max_round_trip());
   options.settings = &line->settings;
   OperatorRequests requests(options.loop.render);
   options.requests = &requests;

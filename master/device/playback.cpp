@@ -42,7 +42,7 @@ Playback::Playback(const std::filesystem::path& file) : HapticDevice(WithoutForc
     if (const auto remark = ImplausibleRemark("position", farthest, Plausible::kHandPosition)) {
       table.Fail(*remark + ": name the unit of a column that is not in metres, as in x (mm)");
     }
-    if (!rows_.empty()) longest_gap_ = std::max(longest_gap_, row.t - rows_.back().t);
+    if (!rows_.empty()) max_gap_ = std::max(max_gap_, row.t - rows_.back().t);
     rows_.push_back(row);
   }
   if (rows_.size() < 2) {
@@ -66,10 +66,10 @@ DeviceReading Playback::DoRead(Time now) noexcept {
 }
 
 std::string Playback::description() const {
-  const std::string gap = Formatted("; gaps up to %g s are interpolated linearly", longest_gap_);
+  const std::string gap = Formatted("; gaps up to %g s are interpolated linearly", max_gap_);
   return "playback of " + file_.filename().string() + ": " + std::to_string(rows_.size()) +
          Formatted(" rows, %g s", rows_.back().t - rows_.front().t) +
-         (longest_gap_ > kRemarkedGap ? gap : "");
+         (max_gap_ > kRemarkedGap ? gap : "");
 }
 
 }  // namespace palpate

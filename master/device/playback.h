@@ -34,7 +34,7 @@ class Playback final : public HapticDevice {
   };
   std::filesystem::path file_;
   std::vector<Row> rows_;
-  double longest_gap_ = 0;  // between rows [s]
+  double max_gap_ = 0;  // between rows [s]
   std::optional<Time> start_;
   std::size_t piece_ = 0;  // the row before the current time
   bool finished_ = false;

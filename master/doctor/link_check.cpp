@@ -154,13 +154,13 @@ Finding Gaps(const LinkSample& line, double dead_after) {
 }
 
 Finding Clocks(const LinkSample& line) {
-  constexpr double kApart = 60;  // [s]
+  constexpr double kMaxClockDifference = 60;  // [s]
   Finding finding{Grade::kGood, "clocks",
                   Formatted("the slave's clock differs by %+.3f s", line.clock_offset), ""};
   if (line.age) {
     finding.measured += Formatted("; a sample is %.1f ms old when it arrives", kMilli * *line.age);
   }
-  if (std::abs(line.clock_offset) > kApart) {
+  if (std::abs(line.clock_offset) > kMaxClockDifference) {
     finding.grade = Grade::kNote;
     finding.advice = "this affects only times in logs and certificates: run NTP at both ends";
   }
@@ -194,9 +194,9 @@ Finding Health(const LinkSample& line) {
 LinkSample MeasureLink(const SlaveLink::Options& options, const RemoteScene& scene, double seconds,
                        const std::stop_token& stop) {
   const bool beyond = options.insecure || !options.tls.empty();
-  const auto stub = v1::Teleoperation::NewStub(OpenChannel(PermittedTarget(options.target, beyond),
-                                                           Traffic::kTicks, options.tls,
-                                                           options.longest_round_trip));
+  const auto stub =
+      v1::Teleoperation::NewStub(OpenChannel(PermittedTarget(options.target, beyond),
+                                             Traffic::kTicks, options.tls, options.max_round_trip));
   LinkSample line;
   line.version = scene.version;
   QueryLine(*stub, seconds, stop, &line);
@@ -214,7 +214,7 @@ LinkStats TryDatagrams(SlaveLink::Options options, double seconds) {
   constexpr double kTripsToBegin = 3;
   options.datagrams = true;
   const double timeout =
-      seconds + kTripsToBegin * static_cast<double>(options.longest_round_trip.count()) / kMilli;
+      seconds + kTripsToBegin * static_cast<double>(options.max_round_trip.count()) / kMilli;
   LatestValue<ReceivedState> states;
   LatestValue<OperatorCommand> commands;
   LatestValue<RemoteSettings> settings;
@@ -252,7 +252,7 @@ Findings ExamineLink(const SlaveLink::Options& options, double seconds,
     SlaveLink link(options);
     const RemoteScene scene = link.Connect();
     SlaveLink::Options measured = options;
-    measured.longest_round_trip = link.longest_round_trip();
+    measured.max_round_trip = link.max_round_trip();
     Findings findings{{Grade::kGood, "scene", scene.name + ", " + scene.model, ""}};
     for (Finding& finding : CheckLink(MeasureLink(measured, scene, seconds, stop), scene)) {
       findings.push_back(std::move(finding));

@@ -85,7 +85,7 @@ Eigen::Vector3d PassivityControl::Apply(const Eigen::Vector3d& f_M, const Eigen:
   const double speed = v_M.norm(), missing = -(balance_ + Leak(f_M));
   // Motion into the object adds the missing energy by itself.
   if (missing <= kUndamped || speed < kSlowest || !(f_M.dot(v_M) > 0)) return f_M;
-  const double alpha = std::min(missing / (dt * speed * speed), most_damping_);
+  const double alpha = std::min(missing / (dt * speed * speed), max_damping_);
   const double size = std::min(alpha * speed, f_M.norm());
   return f_M - size / speed * v_M;
 }

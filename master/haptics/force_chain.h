@@ -117,7 +117,7 @@ class PassivityControl {
   static constexpr double kSmooth = 0.002;  // smoothing time of a, against encoder steps [s]
 
   // Sets the largest damping of the device, if it is below kMaxDamping [N s/m]. Call it first.
-  void set_most_damping(double most) noexcept { most_damping_ = std::min(most, kMaxDamping); }
+  void set_max_damping(double most) noexcept { max_damping_ = std::min(most, kMaxDamping); }
   // Adds a tick: the device is at `p_M` [m] after `dt` > 0 [s] under the force `f_M` [N]. Real-time
   // safe.
   void Observe(const Eigen::Vector3d& p_M, const Eigen::Vector3d& f_M, double dt) noexcept;
@@ -160,7 +160,7 @@ class PassivityControl {
   bool rendered_force_ = false;  // in the last tick
   double balance_ = 0, min_ = 0, energy_in_ = 0, energy_out_ = 0, min_work_ = 0;
   double stored_ = 0;  // energy received and not returned when the last force ended [J]
-  double most_damping_ = kMaxDamping;  // [N s/m]
+  double max_damping_ = kMaxDamping;  // [N s/m]
 };
 
 // The last step before the device: moves from the present to the target force without a jump. The

@@ -15,8 +15,8 @@
 namespace palpate {
 namespace {
 
-constexpr double kLargestForce = 1e9;  // larger forces are invalid [N]
-constexpr double kMaxPosition = 1e4;   // larger positions are invalid [m]
+constexpr double kMaxForce = 1e9;     // larger forces are invalid [N]
+constexpr double kMaxPosition = 1e4;  // larger positions are invalid [m]
 
 // Finite and of at most this size in each direction.
 bool IsWithin(const Eigen::Vector3d& v, double limit) {
@@ -25,7 +25,7 @@ bool IsWithin(const Eigen::Vector3d& v, double limit) {
 
 bool IsSane(const FingerState& finger) {
   return IsWithin(finger.p_S_contact.cast<double>(), kMaxPosition) &&
-         (!finger.force || IsWithin(finger.force->cast<double>(), kLargestForce));
+         (!finger.force || IsWithin(finger.force->cast<double>(), kMaxForce));
 }
 
 // Returns whether positions, forces and number of fingertips of a received state can be used at
@@ -35,8 +35,8 @@ bool IsSane(const SlaveState& state) {
   const auto fingers = std::span(state.fingers).first(static_cast<std::size_t>(state.finger_count));
   return std::ranges::all_of(fingers, [](const FingerState& finger) { return IsSane(finger); }) &&
          IsWithin(state.p_S_tip, kMaxPosition) && IsWithin(state.offset, kMaxPosition) &&
-         (!state.force || IsWithin(*state.force, kLargestForce)) &&
-         (!state.true_force || IsWithin(*state.true_force, kLargestForce)) &&
+         (!state.force || IsWithin(*state.force, kMaxForce)) &&
+         (!state.true_force || IsWithin(*state.true_force, kMaxForce)) &&
          (!state.local_model.known() || IsSane(state.local_model));
 }
 
@@ -104,7 +104,7 @@ HapticLoop::HapticLoop(const Options& options, const Slots& slots)
   PositiveOrThrow(options.transform.position_scale, "position_scale");
   PositiveOrThrow(options.transform.force_scale, "force_scale");
   renderer_.set_stiffest(AtTool(motion_.contact_stiffness(), transform_));
-  passivity_.set_most_damping(options.most_damping);
+  passivity_.set_max_damping(options.max_damping);
   machine_.set_dead_after(std::clamp(options.dead_after, kMinDeadAfter, kMaxDeadAfter));
 }
 
@@ -257,16 +257,15 @@ bool HapticLoop::IsNewestStateUsable(Time now) noexcept {
   const SlaveState& state = newest_->state;
   const double age = SecondsBetween(SensedAt(*newest_), now);
   // The base, because a slave that delays its echoes must not make old states acceptable.
-  const double delay = std::min({base_trip_.OrZero(), newest_->round_trip, options_.longest_trip});
+  const double delay = std::min({base_trip_.OrZero(), newest_->round_trip, options_.max_trip});
   const double oldest = settings_.max_age + delay;
-  Reasons doubts;
-  if (!(age <= oldest && age >= -kFuture)) doubts.Add(Reason::kAged);
-  if (settings_wait_ || state.settings_revision != settings_.revision)
-    doubts.Add(Reason::kSettings);
-  if (!KeepsOffset()) doubts.Add(Reason::kOffsetJump);
-  if (newest_->ended) doubts.Add(Reason::kEnded);
-  record_.chain.reasons.Add(doubts);
-  return doubts.empty();
+  Reasons flags;
+  if (!(age <= oldest && age >= -kFuture)) flags.Add(Reason::kAged);
+  if (settings_wait_ || state.settings_revision != settings_.revision) flags.Add(Reason::kSettings);
+  if (!KeepsOffset()) flags.Add(Reason::kOffsetJump);
+  if (newest_->ended) flags.Add(Reason::kEnded);
+  record_.chain.reasons.Add(flags);
+  return flags.empty();
 }
 
 // The first offset of an epoch is valid for the epoch while the operator is engaged. A slave that

@@ -33,14 +33,14 @@ class HapticLoop {
     double slew_limit = 0.2;   // of the force, in both directions [N/ms], > 0
     double max_age = 0.2;      // of a rendered sample, without its network delay [s]
     // Limit of the network delay that is added to it [s].
-    double longest_trip = std::numeric_limits<double>::infinity();
-    double dead_after = kUsualDeadAfter;                // link timeout without a state [s]
-    std::uint32_t settings_revision = 0;                // of the settings that `transform` is from
-    double stiffest = PassivityControl::kMaxStiffness;  // rendered at the device [N/m], > 0
-    double most_damping = PassivityControl::kMaxDamping;  // of the device [N s/m]
-    MotionOptions motion = {};                            // axes, locks, box, fixtures
-    bool sends_orientation = false;                       // the device measures one
-    bool renders_torque = false;                          // the device has actuators for it
+    double max_trip = std::numeric_limits<double>::infinity();
+    double dead_after = kUsualDeadAfter;                 // link timeout without a state [s]
+    std::uint32_t settings_revision = 0;                 // of the settings that `transform` is from
+    double stiffest = PassivityControl::kMaxStiffness;   // rendered at the device [N/m], > 0
+    double max_damping = PassivityControl::kMaxDamping;  // of the device [N s/m]
+    MotionOptions motion = {};                           // axes, locks, box, fixtures
+    bool sends_orientation = false;                      // the device measures one
+    bool renders_torque = false;                         // the device has actuators for it
   };
   struct Slots {
     LatestValue<ReceivedState>* states = nullptr;      // read here

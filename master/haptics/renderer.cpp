@@ -6,7 +6,7 @@
 namespace palpate {
 namespace {
 
-constexpr double kLargest = 1e12;
+constexpr double kMaxEntry = 1e12;
 
 bool IsSameContact(const LocalModel& a, const LocalModel& b) {
   return a.revision == b.revision && a.reference == b.reference && a.normal == b.normal &&
@@ -15,7 +15,7 @@ bool IsSameContact(const LocalModel& a, const LocalModel& b) {
 
 template <class Matrix>
 bool IsModest(const Matrix& m) {
-  return m.allFinite() && m.cwiseAbs().maxCoeff() <= kLargest;
+  return m.allFinite() && m.cwiseAbs().maxCoeff() <= kMaxEntry;
 }
 
 constexpr std::array<std::string_view, 3> kModes{"local", "interpolate", "hold"};
@@ -92,7 +92,7 @@ void DelayedLinear::Add(double stamp, double arrival, const Eigen::Vector3d& for
   transport_ = std::max({0.0, lowered, arrival - stamp});
   std::move_backward(samples_.begin(), samples_.end() - 1, samples_.end());
   samples_[0] = {stamp, force};
-  count_ = std::min(count_ + 1, kKept);
+  count_ = std::min(count_ + 1, kMaxKept);
 }
 
 Eigen::Vector3d DelayedLinear::At(double now) const noexcept {

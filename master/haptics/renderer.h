@@ -96,8 +96,8 @@ class DelayedLinear {
     double stamp = 0;
     Eigen::Vector3d force{0, 0, 0};
   };
-  static constexpr int kKept = 8;
-  std::array<Sample, kKept> samples_{};  // newest first
+  static constexpr int kMaxKept = 8;
+  std::array<Sample, kMaxKept> samples_{};  // newest first
   int count_ = 0;
   double transport_ = 0;  // [s]
 };

@@ -51,7 +51,7 @@ void Tare::Measure(const SlaveState& state, bool follows, double largest, double
   sum_ += *state.force;
   if (now - since_ < kMeasure || count_ < kMinSamples) return;
   const Eigen::Vector3d mean = sum_ / count_;
-  state_ = mean.norm() <= kLargestShare * largest ? TareState::kDone : TareState::kTooLarge;
+  state_ = mean.norm() <= kMaxShare * largest ? TareState::kDone : TareState::kTooLarge;
   if (state_ == TareState::kDone) bias_ = mean;
 }
 

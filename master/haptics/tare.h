@@ -24,7 +24,7 @@ enum class TareState : std::uint8_t {
   kFollowing,  // the operator is engaged
   kTouching,   // the tool is in contact
   kNotValid,   // the force is not valid
-  kTooLarge,   // more than kLargestShare
+  kTooLarge,   // more than kMaxShare
 };
 // Text for the operator: `tared: ...`, or `not tared: ...` with the next step; may be empty.
 std::string_view InWords(TareState state);
@@ -32,9 +32,9 @@ std::string_view InWords(TareState state);
 // Used by the haptic loop. Real-time safe.
 class Tare {
  public:
-  static constexpr double kMeasure = 0.2;       // [s]
-  static constexpr double kLargestShare = 0.1;  // of the largest force [-]
-  static constexpr int kMinSamples = 3;         // samples
+  static constexpr double kMeasure = 0.2;   // [s]
+  static constexpr double kMaxShare = 0.1;  // of the largest force [-]
+  static constexpr int kMinSamples = 3;     // samples
 
   // `count`: requests so far. A new one starts a measurement.
   void Request(std::uint32_t count) noexcept;

@@ -5,7 +5,7 @@
 namespace palpate {
 namespace {
 
-constexpr double kLargestMoment = 1e9;  // larger moments are invalid [N m]
+constexpr double kMaxSensedMoment = 1e9;  // larger moments are invalid [N m]
 
 // Share of `whole` that `part` has along it, from 0 to 1.
 double Share(const Eigen::Vector3d& part, const Eigen::Vector3d& whole) {
@@ -19,7 +19,7 @@ Eigen::Vector3d TorqueAtDevice(const SlaveState& newest, const ForceChain& chain
                                const TeleopTransform& transform) noexcept {
   if (!newest.moment || !chain.force_known) return {0, 0, 0};
   const Eigen::Vector3d& moment = *newest.moment;
-  if (!moment.allFinite() || moment.cwiseAbs().maxCoeff() > kLargestMoment) return {0, 0, 0};
+  if (!moment.allFinite() || moment.cwiseAbs().maxCoeff() > kMaxSensedMoment) return {0, 0, 0};
   const double share = Share(chain.local, chain.estimated) * Share(chain.sent, chain.scaled);
   return share * MomentToMaster(transform, moment);
 }

@@ -26,7 +26,7 @@ constexpr int kKeepaliveMs = 1000;
 // round trip; how many old ones a stall may leave is bounded by the loop's limit on age.
 constexpr int kTickWindow = 2 * 200 * 256, kBulkWindow = 65536;
 constexpr std::chrono::milliseconds kSecond(1000), kMaxWait(30000);
-constexpr int kLargestMesh = 64 << 20;  // [bytes]
+constexpr int kMaxMesh = 64 << 20;  // [bytes]
 
 class OperatorName final : public grpc::ClientContext::GlobalCallbacks {
  public:
@@ -75,8 +75,8 @@ void NameCalls(const std::string& name) {
 
 std::shared_ptr<grpc::Channel> OpenChannel(const std::string& target, Traffic traffic,
                                            const std::filesystem::path& tls,
-                                           std::chrono::milliseconds longest_round_trip) {
-  const int trip_ms = static_cast<int>(std::clamp(longest_round_trip, kSecond, kMaxWait).count());
+                                           std::chrono::milliseconds max_round_trip) {
+  const int trip_ms = static_cast<int>(std::clamp(max_round_trip, kSecond, kMaxWait).count());
   const bool bulk = traffic == Traffic::kBulk;
   grpc::ChannelArguments arguments;
   arguments.SetInt(GRPC_ARG_INITIAL_RECONNECT_BACKOFF_MS, kFirstRetryMs);
@@ -92,7 +92,7 @@ std::shared_ptr<grpc::Channel> OpenChannel(const std::string& target, Traffic tr
   arguments.SetInt(GRPC_ARG_HTTP2_MAX_PINGS_WITHOUT_DATA, 0);
   arguments.SetInt(GRPC_ARG_USE_LOCAL_SUBCHANNEL_POOL, 1);
   arguments.SetInt(GRPC_ARG_ENABLE_HTTP_PROXY, 0);  // a proxy would only add delay
-  if (bulk) arguments.SetMaxReceiveMessageSize(kLargestMesh);
+  if (bulk) arguments.SetMaxReceiveMessageSize(kMaxMesh);
   const auto credentials = tls.empty() ? grpc::InsecureChannelCredentials() : ChannelTls(tls);
   return grpc::CreateCustomChannel(target, credentials, arguments);
 }

@@ -25,7 +25,7 @@ inline constexpr std::chrono::milliseconds kUsualRoundTrip{1000};
 // `tls`: folder with the certificates; empty: plain text. Throws like ChannelTls.
 std::shared_ptr<grpc::Channel> OpenChannel(
     const std::string& target, Traffic traffic, const std::filesystem::path& tls = {},
-    std::chrono::milliseconds longest_round_trip = kUsualRoundTrip);
+    std::chrono::milliseconds max_round_trip = kUsualRoundTrip);
 
 // Returns `target` as HOST:PORT. Throws std::invalid_argument if it is invalid, or beyond loopback
 // without `beyond`.
@@ -39,20 +39,20 @@ void NameCalls(const std::string& name);
 class Backoff {
  public:
   // 0 < first <= max.
-  Backoff(std::chrono::milliseconds first, std::chrono::milliseconds longest)
-      : first_(first), longest_(longest), next_(first) {}
+  Backoff(std::chrono::milliseconds first, std::chrono::milliseconds max)
+      : first_(first), max_(max), next_(first) {}
 
   // The wait before the next attempt.
   std::chrono::milliseconds Next() {
     const auto wait = next_;
-    next_ = std::min(2 * next_, longest_);
+    next_ = std::min(2 * next_, max_);
     return wait;
   }
   // Records that an attempt succeeded: the next pause is `first` again.
   void Reset() { next_ = first_; }
 
  private:
-  std::chrono::milliseconds first_, longest_, next_;
+  std::chrono::milliseconds first_, max_, next_;
 };
 
 // The reason of `status`: at most 300 printable characters, because the peer may be malicious. A

@@ -20,8 +20,8 @@ constexpr std::chrono::milliseconds kPollEvery(1000);
 constexpr double kTraceRate = 120;  // without a recording; a recording gets all traces [Hz]
 constexpr double kTraceAge = 1;     // [s]
 constexpr std::size_t kTracesKept = 2048;
-constexpr std::size_t kLargestJpeg = 16 << 20;  // [bytes]
-constexpr std::uint32_t kQuality = 75;          // of the JPEG
+constexpr std::size_t kMaxJpeg = 16 << 20;  // [bytes]
+constexpr std::uint32_t kQuality = 75;      // of the JPEG
 
 v1::WatchImagesRequest VideoRequest(const ObservedViews& views) {
   v1::WatchImagesRequest request;
@@ -75,7 +75,7 @@ struct Observer::Parts {
   void OpenMeshes();
   void Poll(const std::stop_token& stop);
   // Requests scene and status of the slave. Contains the reason if they are not available.
-  SlaveHealth Ask(const std::stop_token& stop);
+  SlaveHealth RequestHealth(const std::stop_token& stop);
 
   [[nodiscard]] ObservedViews needed() const {
     const std::scoped_lock lock(mutex);
@@ -150,7 +150,7 @@ std::string Observer::Parts::Take(const v1::ImageState& frame) {
   std::string reason;
   FieldReader reader(&reason);
   const Time sensed_at = reader.Stamp("sensed_at", frame.sensed_at());
-  if (!reader.ok() || frame.jpeg().empty() || frame.jpeg().size() > kLargestJpeg) return {};
+  if (!reader.ok() || frame.jpeg().empty() || frame.jpeg().size() > kMaxJpeg) return {};
   Forward(frame);
   const std::scoped_lock lock(mutex);
   image = std::make_shared<const RemoteImage>(
@@ -201,7 +201,7 @@ std::string Observer::Parts::Take(const v1::TraceUpdate& message) {
 
 void Observer::Parts::Poll(const std::stop_token& stop) {
   while (!stop.stop_requested()) {
-    SlaveHealth answer = Ask(stop);
+    SlaveHealth answer = RequestHealth(stop);
     std::unique_lock lock(mutex);
     answer.version = health.version + 1;
     health = std::move(answer);
@@ -210,7 +210,7 @@ void Observer::Parts::Poll(const std::stop_token& stop) {
   }
 }
 
-SlaveHealth Observer::Parts::Ask(const std::stop_token& stop) {
+SlaveHealth Observer::Parts::RequestHealth(const std::stop_token& stop) {
   using Stub = v1::Teleoperation::Stub;
   v1::Status status;
   v1::SceneDescription scene;

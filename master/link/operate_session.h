@@ -92,12 +92,12 @@ class OperateSession {
     bool datagrams = false, details = false;
   };
   OperateSession(Surroundings surroundings, std::string operator_name,
-                 std::chrono::milliseconds first_within,
-                 std::chrono::milliseconds longest_round_trip, const Requests& requests)
+                 std::chrono::milliseconds first_within, std::chrono::milliseconds max_round_trip,
+                 const Requests& requests)
       : with_(std::move(surroundings)),
         operator_name_(std::move(operator_name)),
         first_within_(first_within),
-        silence_(std::max<std::chrono::milliseconds>(kSilence, longest_round_trip)),
+        silence_(std::max<std::chrono::milliseconds>(kSilence, max_round_trip)),
         requests_(requests),
         exchange_(with_.exchange) {}
 

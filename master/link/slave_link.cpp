@@ -75,13 +75,13 @@ struct SlaveLink::Parts {
   explicit Parts(Options chosen)
       : options(std::move(chosen)),
         target(PermittedTarget(options.target, options.insecure || !options.tls.empty())) {
-    Open(std::max(options.longest_round_trip, kFirstReckoned));
+    Open(std::max(options.max_round_trip, kFirstReckoned));
   }
 
   // Reopens the channel, while no call is pending.
   void Open(milliseconds reckoned) {
-    longest_round_trip = reckoned;
-    channel = OpenChannel(target, Traffic::kTicks, options.tls, longest_round_trip);
+    max_round_trip = reckoned;
+    channel = OpenChannel(target, Traffic::kTicks, options.tls, max_round_trip);
     stub = v1::Teleoperation::NewStub(channel);
     calls.Use(stub.get());
   }
@@ -119,10 +119,10 @@ struct SlaveLink::Parts {
 
   const Options options;
   const std::string target;
-  milliseconds longest_round_trip{}, answered_in{};  // the latter: a call on an open line
-  std::shared_ptr<grpc::Channel> channel;            // never null
-  std::unique_ptr<v1::Teleoperation::Stub> stub;     // never null
-  OperatorCalls calls;                               // with the stub
+  milliseconds max_round_trip{}, answered_in{};   // the latter: a call on an open line
+  std::shared_ptr<grpc::Channel> channel;         // never null
+  std::unique_ptr<v1::Teleoperation::Stub> stub;  // never null
+  OperatorCalls calls;                            // with the stub
   RoundTrips trips;
   std::atomic<std::uint64_t> states_received{0}, commands_sent{0}, states_by_datagram{0};
   std::atomic<Time> datagram_at{Time{}};  // or when they could begin to come
@@ -238,7 +238,7 @@ void SlaveLink::Parts::Run(const std::stop_token& stop, LatestValue<ReceivedStat
          commands_sent,
          datagram_at,
          options.on_sent},
-        options.operator_name, calls.deadline(), longest_round_trip,
+        options.operator_name, calls.deadline(), max_round_trip,
         {options.datagrams.value_or(!IsLoopback(ParseEndpoint(target).host)), options.details});
     const grpc::Status status = read.ok() ? RunSession(&next, stop) : Failed(read);
     if (rereading.joinable()) rereading.join();
@@ -290,7 +290,7 @@ void SlaveLink::Parts::Served() {
 }
 
 bool SlaveLink::Parts::LacksDatagrams() const {
-  const milliseconds timeout = std::max<milliseconds>(DatagramLine::kSilence, longest_round_trip);
+  const milliseconds timeout = std::max<milliseconds>(DatagramLine::kSilence, max_round_trip);
   const bool asked = options.datagrams.value_or(false);  // else there is nothing to report
   return asked && link_stats.connected && SinceThen(datagram_at) > timeout;
 }
@@ -353,7 +353,7 @@ RemoteScene SlaveLink::Connect() {
     const milliseconds left = std::max(OperatorCalls::kMinDeadline, wait - SinceThen(start));
     status = parts_->RequestScene(&scene, false, std::min(timeout, left));
     if (status.ok()) {
-      parts_->Open(std::max(parts_->options.longest_round_trip, kTripsBorne * parts_->answered_in));
+      parts_->Open(std::max(parts_->options.max_round_trip, kTripsBorne * parts_->answered_in));
       parts_->first = scene;
       return scene;
     }
@@ -377,8 +377,8 @@ RemoteScene SlaveLink::Connect() {
   }
 }
 
-milliseconds SlaveLink::longest_round_trip() const {
-  return parts_->longest_round_trip;
+milliseconds SlaveLink::max_round_trip() const {
+  return parts_->max_round_trip;
 }
 
 void SlaveLink::Start(LatestValue<ReceivedState>* states, LatestValue<OperatorCommand>* commands,

@@ -48,7 +48,7 @@ class SlaveLink {
     bool insecure = false;      // allow targets that are not loopback, in plain text
     std::filesystem::path tls;  // folder with the certificates; empty: plain text
     std::string operator_name;
-    std::chrono::milliseconds longest_round_trip{1000};  // accepted at least
+    std::chrono::milliseconds max_round_trip{1000};  // accepted at least
     // Called for each received state and each sent command on the link's threads. May be empty.
     std::function<void(const StateRecord&)> on_received = {};
     std::function<void(const OperatorCommand&)> on_sent = {};  // must not keep the reference
@@ -65,7 +65,7 @@ class SlaveLink {
   // answers, or if it is incompatible. Links with a round trip of seconds are given enough time.
   RemoteScene Connect();
   // The longest round trip that the link needs, measured by Connect.
-  [[nodiscard]] std::chrono::milliseconds longest_round_trip() const;
+  [[nodiscard]] std::chrono::milliseconds max_round_trip() const;
   // Opens the Operate stream and keeps it open, reconnecting with back-off, until Stop. Sends from
   // `commands` 500 times a second and puts received states into `states`. Puts settings into
   // `settings` before each stream and after each change. All three must outlive the link. While the

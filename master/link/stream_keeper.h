@@ -30,7 +30,7 @@ namespace palpate {
 inline std::unique_ptr<v1::Teleoperation::Stub> BulkStub(const SlaveLink::Options& link) {
   return v1::Teleoperation::NewStub(
       OpenChannel(PermittedTarget(link.target, link.insecure || !link.tls.empty()), Traffic::kBulk,
-                  link.tls, link.longest_round_trip));
+                  link.tls, link.max_round_trip));
 }
 
 // Makes one call with an empty request and a deadline of a second, which `stop` cancels.

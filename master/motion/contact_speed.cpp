@@ -10,15 +10,16 @@ const Eigen::Vector3d& ContactSpeed::Step(const Eigen::Vector3d& p_M, const Devi
   double excess = 0;  // [m]
   if (is_on() && (surface.known || lags_)) {
     const double near = surface.known ? surface.gap_M / kAhead : 0;
-    most_ = std::max(speed_ / position_scale, near);
-    excess = std::max(0.0, (p_M - command_).dot(inward_M_) - most_ * dt);
+    max_speed_ = std::max(speed_ / position_scale, near);
+    excess = std::max(0.0, (p_M - command_).dot(inward_M_) - max_speed_ * dt);
   }
   lags_ = excess > 0;
   return command_ = p_M - excess * inward_M_;
 }
 
 Eigen::Vector3d ContactSpeed::Limited(const Eigen::Vector3d& v_M) const noexcept {
-  return lags_ ? Eigen::Vector3d(v_M - std::max(0.0, v_M.dot(inward_M_) - most_) * inward_M_) : v_M;
+  return lags_ ? Eigen::Vector3d(v_M - std::max(0.0, v_M.dot(inward_M_) - max_speed_) * inward_M_)
+               : v_M;
 }
 
 }  // namespace palpate

@@ -38,7 +38,7 @@ class ContactSpeed {
   double speed_;
   Eigen::Vector3d command_{0, 0, 0};    // [m]
   Eigen::Vector3d inward_M_{0, -1, 0};  // of the last known surface
-  double most_ = 0;                     // largest approach of the device in the last step [m/s]
+  double max_speed_ = 0;                // largest approach of the device in the last step [m/s]
   bool lags_ = false;
 };
 

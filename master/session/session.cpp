@@ -231,7 +231,7 @@ Report RunSession(const SessionOptions& options, Device& device, LatestValue<Rec
   limited.force_limit = std::min(limited.force_limit, bounds.force);
   const RenderedRate rate{bounds.stiffness, bounds.rate, options.sensor_rate};
   limited.stiffest = std::min(limited.stiffest, StableStiffness(RenderMode::kLocal, rate, 0));
-  limited.most_damping = std::min(limited.most_damping, bounds.damping);
+  limited.max_damping = std::min(limited.max_damping, bounds.damping);
   limited.slew_limit = std::min(limited.slew_limit, bounds.slew);
   limited.sends_orientation = bounds.senses_orientation;
   limited.renders_torque = bounds.torque > 0;

@@ -6,12 +6,12 @@
 namespace palpate {
 namespace {
 
-constexpr double kSmallest = 1e-12;  // [N]
+constexpr double kMinForce = 1e-12;  // [N]
 constexpr double kStep = 1.01;
 
 int BinOf(double force, int bins) {
-  if (!(force > kSmallest)) return 0;
-  return static_cast<int>(std::min(std::log(force / kSmallest) / std::log(kStep), bins - 1.0));
+  if (!(force > kMinForce)) return 0;
+  return static_cast<int>(std::min(std::log(force / kMinForce) / std::log(kStep), bins - 1.0));
 }
 
 constexpr double kContactShare = 0.01;  // of the peak
@@ -54,7 +54,7 @@ void BreakingError::Add(const Eigen::Vector3d& local, const Eigen::Vector3d& tru
   }
   punctured_ = punctured;
   if (punctured && !local.isZero(0)) {
-    longest_ = std::max(longest_, ++breaking_);
+    max_ticks_ = std::max(max_ticks_, ++breaking_);
     return error_.Add(local, truth);
   }
   if (!punctured && truth.norm() < kGivesWay * local.norm()) {
@@ -95,7 +95,7 @@ void TickSummary::AddDelayCompensated(const TickRecord& record,
   if (!truth || record.state != OperatorState::kFollowing) return;
   const double size = std::max(record.chain.local.norm(), truth->norm());
   delay_compensated_peak_ = std::max(delay_compensated_peak_, size);
-  const bool touches = size > kSmallest && size > kContactShare * delay_compensated_peak_;
+  const bool touches = size > kMinForce && size > kContactShare * delay_compensated_peak_;
   if (touches && contact_ == Contact::kNone) contact_ = Contact::kFirst;
   free_ticks_ = touches ? 0 : free_ticks_ + 1;
   if (contact_ == Contact::kFirst && free_ticks_ > kLeft) contact_ = Contact::kLater;

@@ -51,13 +51,13 @@ class BreakingError {
   [[nodiscard]] const ForceError& error() const noexcept { return error_; }
   [[nodiscard]] std::uint64_t punctures() const noexcept { return punctures_; }
   // Largest number of ticks from a break until the force is zero.
-  [[nodiscard]] std::uint64_t longest() const noexcept { return longest_; }
+  [[nodiscard]] std::uint64_t longest() const noexcept { return max_ticks_; }
 
  private:
   ForceError error_;
   std::vector<std::pair<Eigen::Vector3d, Eigen::Vector3d>> waiting_;  // local, truth
   bool punctured_ = false;
-  std::uint64_t punctures_ = 0, longest_ = 0, breaking_ = 0;
+  std::uint64_t punctures_ = 0, max_ticks_ = 0, breaking_ = 0;
 };
 
 // Summary of one fingertip.

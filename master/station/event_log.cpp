@@ -23,7 +23,7 @@ void EventLog::Append(double t, bool is_trouble, std::string text) {
       entries_, [&](const LogEntry& entry) { return entry.text == text && t - entry.t < kRepeat; });
   if (is_known) return;
   entries_.push_back({++number_, t, is_trouble, std::move(text)});
-  if (entries_.size() > kKept) entries_.pop_front();
+  if (entries_.size() > kMaxKept) entries_.pop_front();
   is_news_ = true;
 }
 

@@ -26,7 +26,7 @@ class EventLog {
   std::optional<std::vector<LogEntry>> TakeNew();
 
  private:
-  static constexpr std::size_t kKept = 50;
+  static constexpr std::size_t kMaxKept = 50;
 
   std::mutex mutex_;  // guards what follows
   std::deque<LogEntry> entries_;

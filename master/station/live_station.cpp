@@ -21,7 +21,7 @@ namespace palpate {
 namespace {
 
 constexpr std::chrono::milliseconds kFrame(33);
-constexpr std::chrono::seconds kLookAway(2);  // time without a page
+constexpr std::chrono::seconds kCloseStreamsAfter(2);  // time without a page
 // A mesh error of 1e-4 of the object is a tenth of a pixel of a page.
 constexpr ObservedViews kPageViews{.image_rate = 15, .mesh_rate = 15, .traction = true};
 constexpr double kFrozen = 1;         // an older image is frozen [s]
@@ -35,7 +35,7 @@ struct PageViews {
   void Update(bool is_open, bool field, Observer* observer) {
     const auto now = std::chrono::steady_clock::now();
     if (is_open) opened = now;
-    streams = now - opened < kLookAway;
+    streams = now - opened < kCloseStreamsAfter;
     ObservedViews views = streams ? kPageViews : ObservedViews();
     views.field = streams && field;
     if (std::exchange(needed, views) != views) observer->Need(Observer::User::kPage, views);

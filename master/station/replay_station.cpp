@@ -96,7 +96,8 @@ class ReplayScene {
   std::vector<LogEntry> entries_;
 };
 
-constexpr auto kFrame = std::chrono::milliseconds(33), kStill = std::chrono::milliseconds(100);
+constexpr auto kFrame = std::chrono::milliseconds(33),
+               kPausedFrame = std::chrono::milliseconds(100);
 constexpr double kBefore =
     10;  // time before a jump target that is read for image, shape and charts [s]
 constexpr double kMinPlayed = 0.02;  // played at a jump even while paused [s]
@@ -135,7 +136,7 @@ struct ReplayStation::Parts {
   // When the slave sensed, since the recording began [s].
   [[nodiscard]] double Since(Time sensed_at) const;
   // Processes a request of a page and returns the answer.
-  std::string Hear(std::string_view message);
+  std::string Receive(std::string_view message);
 
   // Jumps to `t`, shows the data there and forgets earlier data.
   void Cut(double t);
@@ -230,7 +231,7 @@ double ReplayStation::Parts::Since(Time sensed_at) const {
   return SecondsBetween(replay.span().first, sensed_at - Seconds(moment.status.link.clock_offset));
 }
 
-std::string ReplayStation::Parts::Hear(std::string_view message) {
+std::string ReplayStation::Parts::Receive(std::string_view message) {
   const PageCommand command = ReadPageCommand(message);
   if (const auto* ping = std::get_if<PingCommand>(&command)) return PongJson(ping->at);
   if (std::holds_alternative<PastCommand>(command)) {
@@ -317,7 +318,7 @@ void ReplayStation::Parts::Put() {
 
 void ReplayStation::Parts::WaitStill(const std::stop_token& stop) {
   std::unique_lock lock(mutex);
-  changed.wait_for(lock, stop, kStill, [this] { return is_wanted; });
+  changed.wait_for(lock, stop, kPausedFrame, [this] { return is_wanted; });
 }
 
 ReplayStation::ReplayStation(const Replay* replay, const Options& options)
@@ -326,7 +327,7 @@ ReplayStation::ReplayStation(const Replay* replay, const Options& options)
   parts->server = std::make_unique<PageServer>(
       options.at.endpoint, &parts->board,
       PageServer::Listener{
-          [parts](std::uint64_t, std::string_view message) { return parts->Hear(message); },
+          [parts](std::uint64_t, std::string_view message) { return parts->Receive(message); },
           [](std::uint64_t) {}},
       options.at.access);
 }

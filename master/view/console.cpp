@@ -14,7 +14,7 @@
 namespace palpate {
 namespace {
 
-constexpr double kSayEvery = 1;  // between two lines in a pipe [s]
+constexpr double kLinePeriod = 1;  // between two lines in a pipe [s]
 
 // A line that wraps cannot be replaced, so lines are cut to the terminal's width; nor can those
 // that have scrolled away, so their number is cut to its height.
@@ -157,7 +157,7 @@ void Console::Show(const SessionStatus& status, const RemoteMesh* mesh) {
     lines.insert(lines.end(), table.begin(), table.end());
     return ShowLive(Cut(std::move(lines), out_));
   }
-  if (state_ == status.tick.state && status.t - printed_at_ < kSayEvery) return;
+  if (state_ == status.tick.state && status.t - printed_at_ < kLinePeriod) return;
   state_ = status.tick.state;
   printed_at_ = status.t;
   Print(FormatStatus(status) + FingerBrief(status.fingers, mesh));

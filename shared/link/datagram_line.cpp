@@ -114,7 +114,7 @@ void DatagramLine::Run(const std::stop_token& stop) {
 }
 
 void DatagramLine::ReceiveNext() {
-  std::array<std::uint8_t, kLargestDatagram + 1> bytes;  // one that is too large shows
+  std::array<std::uint8_t, kMaxDatagram + 1> bytes;  // one that is too large shows
   sockaddr_storage from{};
   socklen_t size = sizeof from;
   const ssize_t size_received = recvfrom(socket_.fd, bytes.data(), bytes.size(), MSG_DONTWAIT,

@@ -82,7 +82,7 @@ std::span<const std::uint8_t> DatagramSealer::Seal(std::span<const std::uint8_t>
 DatagramOpener::DatagramOpener(const DatagramKey& key) : cipher_(MakeCipher(key, false)) {}
 
 std::span<const std::uint8_t> DatagramOpener::Open(std::span<const std::uint8_t> sealed) noexcept {
-  if (sealed.size() <= kSealSize || sealed.size() > kLargestDatagram) return {};
+  if (sealed.size() <= kSealSize || sealed.size() > kMaxDatagram) return {};
   std::uint64_t counter = 0;
   for (const std::uint8_t byte : sealed.first(kCounterSize)) counter = counter << 8U | byte;
   if (counter <= newest_) return {};

@@ -19,7 +19,7 @@ using EVP_CIPHER_CTX = struct evp_cipher_ctx_st;
 namespace palpate {
 
 // Including the seal [bytes]. Fits the minimum IPv6 MTU (RFC 8200, section 5: 1280 with headers).
-inline constexpr std::size_t kLargestDatagram = 1200;
+inline constexpr std::size_t kMaxDatagram = 1200;
 inline constexpr std::size_t kSealSize = 24;
 
 using DatagramKey = std::array<std::uint8_t, 32>;
@@ -41,7 +41,7 @@ class DatagramSealer {
  private:
   CipherContext cipher_;
   std::uint64_t counter_ = 0;  // counter of the last datagram
-  std::array<std::uint8_t, kLargestDatagram> sealed_{};
+  std::array<std::uint8_t, kMaxDatagram> sealed_{};
 };
 
 // DatagramOpener is not thread-safe.
@@ -58,7 +58,7 @@ class DatagramOpener {
  private:
   CipherContext cipher_;
   std::uint64_t newest_ = 0;
-  std::array<std::uint8_t, kLargestDatagram> plain_{};
+  std::array<std::uint8_t, kMaxDatagram> plain_{};
 };
 
 }  // namespace palpate

@@ -56,7 +56,7 @@ Vector3d NearestWeights(const Corners& t, const Vector3d& p) {
   return {w_a / sum, w_b / sum, w_c / sum};
 }
 
-double LongestEdge(const Corners& t) {
+double MaxEdgeLength(const Corners& t) {
   return std::max({(t.b - t.a).norm(), (t.c - t.b).norm(), (t.a - t.c).norm()});
 }
 
@@ -159,7 +159,7 @@ std::optional<SurfacePlace> FindPlace(const SurfaceMesh& surface, const Vector3d
   place.node = NearestNode(surface, p_O, kOnNode * diagonal);
   if (place.node >= 0) {
     place.distance = (surface.nodes[static_cast<std::size_t>(place.node)] - p_O).norm();
-  } else if (place.distance > 0.5 * LongestEdge(CornersOf(surface, place.triangle))) {
+  } else if (place.distance > 0.5 * MaxEdgeLength(CornersOf(surface, place.triangle))) {
     return std::nullopt;
   }
   return place;
@@ -171,7 +171,7 @@ DiscShare DiscOnTriangle(const SurfaceMesh& surface, int triangle, const Vector3
   const Vector3d n = Normal(surface, triangle);
   const double height = n.dot(p_O - t.a);
   const double squared = radius * radius - height * height;
-  if (n.isZero(0) || !(squared > 0) || (t.a - p_O).norm() > radius + LongestEdge(t)) return {};
+  if (n.isZero(0) || !(squared > 0) || (t.a - p_O).norm() > radius + MaxEdgeLength(t)) return {};
   const Vector3d along = (t.b - t.a).normalized(), across = n.cross(along);
   const auto in_plane = [&](const Vector3d& p) -> Vector2d {
     return {along.dot(p - p_O), across.dot(p - p_O)};

@@ -103,16 +103,16 @@ bool IsRim(const SurfacePatch& patch, int cell, int corner) {
 PatchPlace NearestPlace(const SurfacePatch& patch, const Vector3d& p) noexcept {
   if (patch.vertices_per_cell == 1) return OnPlane(patch, p);
   PatchPlace nearest;
-  double least = std::numeric_limits<double>::infinity(), most_height = 0;
+  double least = std::numeric_limits<double>::infinity(), max_height = 0;
   for (int cell = 0; cell < patch.cell_count; ++cell) {
     const PatchPlace place = InCell(patch, cell, p);
     const double away2 = (p - place.p).squaredNorm();
     const double height = std::abs(place.normal.dot(p - place.p));
     const bool alike = std::abs(away2 - least) <= kEquallyNear * away2;
-    if (alike ? height <= most_height : away2 >= least) continue;
+    if (alike ? height <= max_height : away2 >= least) continue;
     nearest = place;
     least = away2;
-    most_height = height;
+    max_height = height;
   }
   if (nearest.cell < 0) return nearest;
   const double side = nearest.normal.dot(p - nearest.p) < 0 ? -1 : 1;

@@ -86,7 +86,7 @@ bool McapReader::ReadRecord() {
         continue;
       }
     }
-    if (left > kLargestChunk) {
+    if (left > kMaxChunk) {
       Damage("a record of " + std::to_string(left) + " bytes is skipped");
       Skip(left);
       continue;
@@ -202,7 +202,7 @@ void McapReader::TakeChunk(std::string_view content) {
   const auto size = fields.Number<std::uint64_t>();
   const auto crc = fields.Number<std::uint32_t>();
   const std::string_view how = fields.Text(), packed = fields.LongBytes();
-  if (!fields.ok() || size > kLargestChunk) return Damage("a chunk's header is incomplete");
+  if (!fields.ok() || size > kMaxChunk) return Damage("a chunk's header is incomplete");
   auto unpacked = Unpack(packed, how, size);
   if (!unpacked) {
     const bool is_known = how.empty() || how == "zstd";

@@ -34,7 +34,7 @@ struct McapAttachment {
 
 class McapReader {
  public:
-  static constexpr std::uint64_t kLargestChunk = 256 << 20;  // uncompressed; also for attachments
+  static constexpr std::uint64_t kMaxChunk = 256 << 20;  // uncompressed; also for attachments
 
   // Throws InputError if the file is unreadable or no MCAP file.
   explicit McapReader(const std::filesystem::path& file);

@@ -23,7 +23,8 @@ void AddFile(const google::protobuf::FileDescriptor& file, std::set<std::string>
   file.CopyTo(files->add_file());
 }
 
-constexpr std::size_t kItself = 100;  // memory of a waiting message beyond its content [bytes]
+constexpr std::size_t kItemOverhead =
+    100;  // memory of a waiting message beyond its content [bytes]
 
 }  // namespace
 
@@ -117,12 +118,12 @@ void Recording::PutWaiting(Waiting waiting) {
   if (!thread_.joinable()) {
     thread_ = std::jthread([this](const std::stop_token& stop) { Run(stop); });
   }
-  if (waiting_ + waiting.size > options_.most_waiting) {
+  if (waiting_ + waiting.size > options_.max_waiting) {
     is_closed_ = true;  // what waits is still written
     stats_.failed = true;
     stats_.trouble = options_.file.string() +
                      ": the recording has ended: the disk or the processor is too slow, and " +
-                     Formatted("%.4g MB", 1e-6 * static_cast<double>(options_.most_waiting)) +
+                     Formatted("%.4g MB", 1e-6 * static_cast<double>(options_.max_waiting)) +
                      " wait to be written";
     return;
   }
@@ -135,7 +136,7 @@ void Recording::PutWaiting(Waiting waiting) {
   waiting.part = stats_.parts;
   waiting.queued_at = now;
   if (!oldest_unwritten_) oldest_unwritten_ = waiting.queued_at;
-  waiting_ += waiting.size + kItself;
+  waiting_ += waiting.size + kItemOverhead;
   queue_.push_back(std::move(waiting));
 }
 
@@ -180,7 +181,7 @@ void Recording::Drain(std::deque<Waiting>* batch) {
     writer_->Write(next.channel, Nanoseconds(next.at), next.bytes);
     {
       const std::lock_guard lock(mutex_);
-      waiting_ -= next.size + kItself;
+      waiting_ -= next.size + kItemOverhead;
     }
     batch->pop_front();
     FlushWhenDue(*batch);

@@ -65,10 +65,10 @@ class Recording {
   static constexpr double kMaxBehind = 1;  // age of unwritten messages without trouble [s]
 
   struct Options {
-    std::filesystem::path file;            // the next unused one is written, see UnusedFile
-    std::uint64_t limit = kDefaultLimit;   // of all parts
-    std::string library;                   // recording program and version
-    std::size_t most_waiting = 256 << 20;  // [bytes]; more ends the recording
+    std::filesystem::path file;           // the next unused one is written, see UnusedFile
+    std::uint64_t limit = kDefaultLimit;  // of all parts
+    std::string library;                  // recording program and version
+    std::size_t max_waiting = 256 << 20;  // [bytes]; more ends the recording
     // Called on the writing thread, once each, with the reason that it ended or falls behind.
     std::function<void(const std::string&)> tell = nullptr;
     double part = 0;  // [s] after which a file ends and the next begins (PartFile); 0: one file

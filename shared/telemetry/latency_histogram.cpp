@@ -6,7 +6,7 @@
 namespace palpate {
 namespace {
 
-constexpr double kSmallest = 0.01;  // [us]
+constexpr double kMinTime = 0.01;  // [us]
 constexpr double kStep = 1.02;
 
 }  // namespace
@@ -14,7 +14,7 @@ constexpr double kStep = 1.02;
 void LatencyHistogram::Add(double us) noexcept {
   if (!(us >= 0) || std::isinf(us)) us = 0;
   max_ = std::max(max_, us);
-  const double bin = us <= kSmallest ? 0 : std::ceil(std::log(us / kSmallest) / std::log(kStep));
+  const double bin = us <= kMinTime ? 0 : std::ceil(std::log(us / kMinTime) / std::log(kStep));
   ++bins_[static_cast<std::size_t>(std::min(bin, static_cast<double>(kBins - 1)))];
   ++count_;
 }
@@ -25,7 +25,7 @@ double LatencyHistogram::Quantile(double q) const noexcept {
   double seen = 0;
   for (std::size_t i = 0; i < bins_.size(); ++i) {
     seen += bins_[i];
-    if (seen >= wanted) return std::min(max_, kSmallest * std::pow(kStep, static_cast<double>(i)));
+    if (seen >= wanted) return std::min(max_, kMinTime * std::pow(kStep, static_cast<double>(i)));
   }
   return max_;
 }

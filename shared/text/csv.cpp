@@ -140,7 +140,7 @@ void CsvLines::Decode(std::string_view block) {
 void CsvLines::ChooseDialect() {
   const std::string_view head = buffer_;
   if (head.find('\n') == std::string_view::npos) line_end_ = '\r';
-  std::size_t most = 0, most_cells = 0;
+  std::size_t most = 0, max_cells = 0;
   for (const char separator : {'\t', ';', ','}) {
     std::size_t numbers = 0, cells = 0;
     for (std::size_t begin = 0; begin < head.size();) {
@@ -162,10 +162,10 @@ void CsvLines::ChooseDialect() {
       }
     }
     // Names decide for a header alone. Of 0,5;2,5 a comma makes as many numbers as a semicolon.
-    const bool is_better = numbers > most || (numbers == 0 && most == 0 && cells > most_cells);
+    const bool is_better = numbers > most || (numbers == 0 && most == 0 && cells > max_cells);
     if (!is_better) continue;
     most = numbers;
-    most_cells = cells;
+    max_cells = cells;
     separator_ = separator;
   }
   cells_.clear();

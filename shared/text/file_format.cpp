@@ -11,7 +11,7 @@
 namespace palpate {
 namespace {
 
-constexpr std::size_t kLooked = 512;  // [bytes]
+constexpr std::size_t kInspectedBytes = 512;  // [bytes]
 
 struct Format {
   std::string_view magic;  // at `at`
@@ -101,16 +101,16 @@ bool IsWavefront(std::string_view text) {
 
 std::string TextFormat(std::string_view text) {
   const std::string_view plain = Trimmed(text);
-  const std::string small = Lowercase(plain);
-  const auto has = [&](std::string_view part) { return small.find(part) != std::string::npos; };
-  if (small.starts_with("<!doctype html") || small.starts_with("<html")) return "a web page";
-  if (small.starts_with("<vtkfile") || (small.starts_with("<?xml") && has("<vtkfile"))) {
+  const std::string lower = Lowercase(plain);
+  const auto has = [&](std::string_view part) { return lower.find(part) != std::string::npos; };
+  if (lower.starts_with("<!doctype html") || lower.starts_with("<html")) return "a web page";
+  if (lower.starts_with("<vtkfile") || (lower.starts_with("<?xml") && has("<vtkfile"))) {
     return "a VTK file in XML: " + std::string(kByMeshio);
   }
-  const bool is_tag = small.size() > 1 && small[0] == '<' && std::isalpha(small[1]) != 0;
-  if (is_tag || small.starts_with("<?xml")) return "an XML file";
-  const bool is_deck = small.starts_with("**") && (has("\n*heading") || has("\n*node"));
-  if (is_deck || small.starts_with("*heading") || small.starts_with("*node")) {
+  const bool is_tag = lower.size() > 1 && lower[0] == '<' && std::isalpha(lower[1]) != 0;
+  if (is_tag || lower.starts_with("<?xml")) return "an XML file";
+  const bool is_deck = lower.starts_with("**") && (has("\n*heading") || has("\n*node"));
+  if (is_deck || lower.starts_with("*heading") || lower.starts_with("*node")) {
     return "an Abaqus or CalculiX mesh: " + std::string(kByMeshio);
   }
   if (has("begin bulk")) return "a Nastran mesh: " + std::string(kByMeshio);
@@ -121,7 +121,7 @@ std::string TextFormat(std::string_view text) {
 }  // namespace
 
 std::string ForeignFormat(std::string_view beginning) {
-  beginning = beginning.substr(0, kLooked);
+  beginning = beginning.substr(0, kInspectedBytes);
   for (const auto& [magic, at, name, advice] : kFormats) {
     if (beginning.size() < at || !beginning.substr(at).starts_with(magic)) continue;
     if (at > 0 && beginning.front() != '\0') continue;  // a length before the name
@@ -133,7 +133,7 @@ std::string ForeignFormat(std::string_view beginning) {
 
 std::string ForeignFile(const std::filesystem::path& file) {
   std::ifstream stream(file, std::ios::binary);
-  std::string beginning(kLooked, '\0');
+  std::string beginning(kInspectedBytes, '\0');
   if (!stream) return {};
   stream.read(beginning.data(), static_cast<std::streamsize>(beginning.size()));
   beginning.resize(static_cast<std::size_t>(std::max<std::streamsize>(0, stream.gcount())));

@@ -19,8 +19,8 @@ constexpr LikelyUnit kLengths[] = {{"mm", 1e-3}, {"um", 1e-6}};
 constexpr LikelyUnit kForces[] = {{"mN", 1e-3}, {"gf", 9.80665e-3}};
 
 struct Range {
-  double least, most;              // with a remark beyond
-  double usual_least, usual_most;  // what a likely unit must give
+  double least, most;           // with a remark beyond
+  double usual_min, usual_max;  // what a likely unit must give
   const char* unit;
   std::span<const LikelyUnit> likely;
 };
@@ -53,7 +53,7 @@ std::optional<std::string> ImplausibleRemark(std::string_view key, double value,
                                    range.least, range.most, range.unit);
   for (const auto& [name, to_si] : range.likely) {
     const double meant = to_si * value;
-    if (meant < range.usual_least || meant > range.usual_most) continue;
+    if (meant < range.usual_min || meant > range.usual_max) continue;
     return remark + Formatted("; in %s it would be %.4g %s", name, meant, range.unit);
   }
   return remark;

@@ -68,10 +68,10 @@ Certificate Read(std::string_view pem) {
 }
 
 std::string Contents(const fs::path& file) {
-  constexpr std::streamsize kLargest = 4 << 20;  // [bytes]
+  constexpr std::streamsize kMaxFileSize = 4 << 20;  // [bytes]
   std::ifstream stream(file, std::ios::binary);
-  std::string text(kLargest, '\0');
-  stream.read(text.data(), kLargest);
+  std::string text(kMaxFileSize, '\0');
+  stream.read(text.data(), kMaxFileSize);
   text.resize(static_cast<std::size_t>(stream.gcount()));
   return text;
 }

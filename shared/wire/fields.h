@@ -34,8 +34,8 @@ inline constexpr double kUnitTolerance = 1e-3;
 
 // Nearest single-precision number, limited to the largest finite one. NaN stays.
 inline float Narrow(double value) {
-  constexpr double kMax = std::numeric_limits<float>::max();
-  return static_cast<float>(std::clamp(value, -kMax, kMax));
+  constexpr double kMaxFloat = std::numeric_limits<float>::max();
+  return static_cast<float>(std::clamp(value, -kMaxFloat, kMaxFloat));
 }
 
 void ToProto(const Eigen::Vector3d& vector, v1::Vec3* message);

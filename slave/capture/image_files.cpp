@@ -109,14 +109,14 @@ std::optional<std::vector<std::uint64_t>> NumbersOf(const std::vector<fs::path>&
   return numbers;
 }
 
-constexpr std::streamoff kLargestFile = 1'000'000'000;  // more than kMaxPixels need
+constexpr std::streamoff kMaxFile = 1'000'000'000;  // more than kMaxPixels need
 
 std::vector<unsigned char> ReadBytes(const fs::path& file, const std::string& which) {
   std::ifstream stream(file, std::ios::binary | std::ios::ate);
   const std::streamoff size = stream ? static_cast<std::streamoff>(stream.tellg()) : -1;
   if (size < 0) Refuse(file, which + " cannot be opened");
   if (size == 0) Refuse(file, which + " is empty");
-  if (size > kLargestFile) Refuse(file, which + " is larger than 1 GB");
+  if (size > kMaxFile) Refuse(file, which + " is larger than 1 GB");
   std::vector<unsigned char> bytes(static_cast<std::size_t>(size));
   stream.seekg(0);
   if (!stream.read(reinterpret_cast<char*>(bytes.data()), size)) {

@@ -164,7 +164,7 @@ StereoPair ImageInbox::State::Accepted(const PushedSample& pushed) const {
 std::optional<std::string> ImageInbox::State::TooMany(Time arrived_at) {
   if (pace.Allows(arrived_at)) return std::nullopt;
   return fmt::format("more than {:g} samples within a second: expected the scene's rate, {:g} Hz",
-                     pace.most(), wanted.rate);
+                     pace.max_rate(), wanted.rate);
 }
 
 std::optional<std::string> ImageInbox::State::OutOfOrder(const PushedSample& pushed) const {

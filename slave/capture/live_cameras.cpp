@@ -23,11 +23,11 @@ std::chrono::steady_clock::time_point After(std::chrono::milliseconds duration) 
   return std::chrono::steady_clock::now() + duration;
 }
 
-constexpr std::size_t kKept = 4;  // images per camera that may still find their partner
-constexpr auto kRetry = std::chrono::milliseconds(250);  // before a lost camera is opened again
-constexpr auto kEnds = std::chrono::seconds(3);          // limit for a thread that must end
-constexpr auto kAnswers = std::chrono::seconds(5);       // limit for opening a stream
-constexpr double kNoPair = 1;                            // longer is reported [s]
+constexpr std::size_t kMaxWaiting = 4;  // images per camera that may still find their partner
+constexpr auto kRetry = std::chrono::milliseconds(250);    // before a lost camera is opened again
+constexpr auto kThreadEndTime = std::chrono::seconds(3);   // limit for a thread that must end
+constexpr auto kStreamOpenTime = std::chrono::seconds(5);  // limit for opening a stream
+constexpr double kMaxTimeWithoutPair = 1;                  // longer is reported [s]
 
 // Returns an empty image at the end of the stream. An exception of the library counts as a camera
 // that is gone.
@@ -43,7 +43,7 @@ std::string InWords(const cv::Mat& image) {
   return fmt::format("{} x {} px, {}", image.cols, image.rows, TypeInWords(image.type()));
 }
 
-struct Taken {
+struct ReceivedImage {
   cv::Mat image;
   Time at{};
 };
@@ -53,16 +53,16 @@ struct LiveCamera {
   enum class Stage : std::uint8_t { kOpening, kOpened, kEnded } stage = Stage::kOpening;
   std::exception_ptr refusal;  // error of the first opening
   bool gone = false;
-  std::deque<Taken> waiting;  // for their partners
-  cv::Mat first;              // the format of all images is that of the first
-  std::string unlike;         // why the newest image is not accepted; empty: it is
+  std::deque<ReceivedImage> waiting;  // for their partners
+  cv::Mat first;                      // the format of all images is that of the first
+  std::string unlike;                 // why the newest image is not accepted; empty: it is
 };
 
 }  // namespace
 
 struct LiveCameras::State {
-  State(std::vector<CameraInput> of, double most_apart, std::chrono::milliseconds longest)
-      : inputs(std::move(of)), sync(most_apart), patience(longest), cameras(inputs.size()) {}
+  State(std::vector<CameraInput> of, double max_apart, std::chrono::milliseconds longest)
+      : inputs(std::move(of)), sync(max_apart), timeout(longest), cameras(inputs.size()) {}
 
   // Runs on a camera's thread. Opening and reading are calls of another library, which may never
   // return.
@@ -86,7 +86,7 @@ struct LiveCameras::State {
 
   const std::vector<CameraInput> inputs;
   const double sync;
-  const std::chrono::milliseconds patience;
+  const std::chrono::milliseconds timeout;
   ImageQueue queue;
 
   mutable PriorityInheritanceMutex mutex;  // guards what follows
@@ -125,16 +125,16 @@ void LiveCameras::State::AwaitOpened(std::size_t i) {
   std::unique_lock lock(mutex);
   const LiveCamera& camera = cameras[i];
   const auto answered = [&] { return camera.stage != LiveCamera::Stage::kOpening; };
-  if (!changed.wait_until(lock, After(patience), answered)) {
+  if (!changed.wait_until(lock, After(timeout), answered)) {
     throw std::runtime_error(fmt::format("{}: no answer within {:g} s", inputs[i].name,
-                                         std::chrono::duration<double>(patience).count()));
+                                         std::chrono::duration<double>(timeout).count()));
   }
   if (camera.refusal) std::rethrow_exception(camera.refusal);
 }
 
 bool LiveCameras::State::HasEnded(std::size_t i) {
   std::unique_lock lock(mutex);
-  return changed.wait_until(lock, After(kEnds),
+  return changed.wait_until(lock, After(kThreadEndTime),
                             [&] { return cameras[i].stage == LiveCamera::Stage::kEnded; });
 }
 
@@ -173,7 +173,7 @@ void LiveCameras::State::Put(std::size_t i, cv::Mat image, Time at) {
     if (IsLikeFirst(i, image)) {
       auto& waiting = cameras[i].waiting;
       waiting.push_back({std::move(image), at});
-      if (waiting.size() > kKept) waiting.pop_front();
+      if (waiting.size() > kMaxWaiting) waiting.pop_front();
       Match();
     }
   }
@@ -234,7 +234,8 @@ std::string LiveCameras::State::Trouble(Time now) const {
     if (cameras[i].gone) return inputs[i].name + ": disconnected; reconnecting";
     if (!cameras[i].unlike.empty()) return cameras[i].unlike;
   }
-  if (inputs.size() < 2 || health.dropped == 0 || SecondsBetween(matched_at, now) < kNoPair)
+  if (inputs.size() < 2 || health.dropped == 0 ||
+      SecondsBetween(matched_at, now) < kMaxTimeWithoutPair)
     return {};
   return fmt::format("no pair for {:.1f} s: the images arrive {:.3g} ms apart, sync is {:.3g} ms",
                      SecondsBetween(matched_at, now), 1e3 * std::abs(apart), 1e3 * sync);
@@ -242,7 +243,7 @@ std::string LiveCameras::State::Trouble(Time now) const {
 
 void LiveCameras::State::AwaitFirst(const std::stop_token& stop) {
   std::unique_lock lock(mutex);
-  changed.wait_until(lock, stop, After(patience), [&] {
+  changed.wait_until(lock, stop, After(timeout), [&] {
     return health.taken > 0 || std::ranges::any_of(cameras, [](const LiveCamera& camera) {
              return !camera.unlike.empty();
            });
@@ -258,8 +259,8 @@ void LiveCameras::State::AwaitFirst(const std::stop_token& stop) {
 }
 
 LiveCameras::LiveCameras(std::vector<CameraInput> inputs, PairLayout layout, double sync,
-                         std::chrono::milliseconds patience)
-    : state_(std::make_shared<State>(std::move(inputs), sync, patience)), layout_(layout) {
+                         std::chrono::milliseconds timeout)
+    : state_(std::make_shared<State>(std::move(inputs), sync, timeout)), layout_(layout) {
   try {
     for (std::size_t i = 0; i < state_->inputs.size(); ++i) {
       threads_.emplace_back(
@@ -311,8 +312,8 @@ CameraInput InputOf(const Eye& eye, const cv::Size& size, double rate) {
     return {fmt::format("camera {}", eye.device),
             [&videos, eye, size, rate] { return videos.OpenDevice(eye.device, size, rate); }, size};
   }
-  return {"stream " + eye.address, [&videos, eye] { return videos.OpenUrl(eye.address, kAnswers); },
-          size};
+  return {"stream " + eye.address,
+          [&videos, eye] { return videos.OpenUrl(eye.address, kStreamOpenTime); }, size};
 }
 
 std::unique_ptr<FrameSource> FramesOf(std::vector<CameraInput> inputs, ImageFilter filter) {

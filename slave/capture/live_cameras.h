@@ -34,11 +34,11 @@ CameraInput InputOf(const Eye& eye, const cv::Size& size, double rate);
 // different times.
 class LiveCameras final : public StereoSource {
  public:
-  // Opens one or two cameras at once. `sync`: images of two cameras that arrive farther apart are
-  // not a pair [s]. Opens them at once. `patience`: longest time for opening one, and for the first
-  // image or pair. Throws std::runtime_error: one is missing, or does not answer.
+  // Opens one camera, or two at the same time. `sync`: images of two cameras that arrive farther
+  // apart are not a pair [s]. `timeout`: longest time for opening one, and for the first image or
+  // pair. Throws std::runtime_error: one is missing, or does not answer.
   LiveCameras(std::vector<CameraInput> inputs, PairLayout layout, double sync,
-              std::chrono::milliseconds patience = std::chrono::seconds(10));
+              std::chrono::milliseconds timeout = std::chrono::seconds(10));
   ~LiveCameras() override;
 
   // Waits for the newest image that was not yet returned. nullopt: `stop`. Throws

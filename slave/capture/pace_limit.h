@@ -14,24 +14,24 @@ class PaceLimit {
  public:
   static constexpr double kMaxStall = 30;  // a longer one ends the connection [s]
 
-  // `most`: largest number per second, and at once in the beginning.
-  explicit PaceLimit(double most) : most_(most), left_(most) {}
+  // `max_rate`: largest number per second, and at once in the beginning.
+  explicit PaceLimit(double max_rate) : max_rate_(max_rate), left_(max_rate) {}
 
   // Counts a message at `now`, which does not decrease; false: above the limit.
   bool Allows(Time now) noexcept {
     if (counted_at_ != Time{}) {
       const double gap = SecondsBetween(counted_at_, now);
-      const double limit = most_ * std::clamp(gap, 1.0, kMaxStall);
-      left_ = std::max(left_, std::min(left_ + most_ * gap, limit));
+      const double limit = max_rate_ * std::clamp(gap, 1.0, kMaxStall);
+      left_ = std::max(left_, std::min(left_ + max_rate_ * gap, limit));
     }
     counted_at_ = now;
     return --left_ >= 0;
   }
-  [[nodiscard]] double most() const { return most_; }
+  [[nodiscard]] double max_rate() const { return max_rate_; }
 
  private:
-  double most_, left_;  // messages per second, and messages that are allowed now
-  Time counted_at_{};   // of the last message
+  double max_rate_, left_;  // messages per second, and messages that are allowed now
+  Time counted_at_{};       // of the last message
 };
 
 }  // namespace palpate

@@ -76,19 +76,19 @@ class SharedCamera::Live {
     return std::nullopt;
   }
   // The first image that was taken after this call; nullopt: `stop`. Throws std::runtime_error:
-  // none comes within `patience` [s].
-  std::optional<Frame> Fresh(double patience, const std::stop_token& stop) {
+  // none comes within `timeout` [s].
+  std::optional<Frame> Fresh(double timeout, const std::stop_token& stop) {
     const Time asked = Clock::now();
     std::unique_lock lock(mutex_);
     const auto is_here = [&] { return newest_.sequence > 0 && newest_.sensed_at > asked; };
-    changed_.wait_until(lock, stop, std::chrono::steady_clock::now() + Seconds(patience),
+    changed_.wait_until(lock, stop, std::chrono::steady_clock::now() + Seconds(timeout),
                         [&] { return has_ended_ || is_here(); });
     if (stop.stop_requested()) return std::nullopt;
     if (is_here()) return newest_;
     if (failure_) std::rethrow_exception(failure_);
     const auto health = source_->health();
     throw std::runtime_error(
-        fmt::format("{}: no new image within {:.3g} s{}", source_->description(), patience,
+        fmt::format("{}: no new image within {:.3g} s{}", source_->description(), timeout,
                     health && !health->trouble.empty() ? ": " + health->trouble : std::string()));
   }
   [[nodiscard]] const FrameSource& source() const { return *source_; }

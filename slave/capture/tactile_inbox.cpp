@@ -14,7 +14,7 @@ namespace {
 
 constexpr std::size_t kMinKept = 64;        // samples per finger
 constexpr std::size_t kMaxUnitLength = 16;  // [characters]
-constexpr double kKept = 0.5;               // [s] of samples at the scene's rate
+constexpr double kMaxKeptTime = 0.5;        // [s] of samples at the scene's rate
 constexpr double kMissing = 1.5;            // periods to the next sample: one is missing between
 
 using Sample = FingerStream::Sample;
@@ -23,7 +23,7 @@ using Sample = FingerStream::Sample;
 
 struct TactileInbox::State {
   explicit State(const Tactile& tactile) : period(Seconds(1 / tactile.rate)) {
-    const auto kept = static_cast<std::size_t>(std::lround(kKept * tactile.rate));
+    const auto kept = static_cast<std::size_t>(std::lround(kMaxKeptTime * tactile.rate));
     for (const Finger& finger : tactile.fingers) {
       fingers.emplace_back(finger.name, tactile.channels, period, std::max(kMinKept, kept));
     }

@@ -28,9 +28,9 @@ namespace {
 
 // For a command to end by itself after a signal; what computes for longer, a large model say, hears
 // nothing, moves nothing and has every row it wrote flushed.
-constexpr std::chrono::seconds kPatience(2);
+constexpr std::chrono::seconds kTimeout(2);
 // For images that wait to be packed: 256 MB of them, where processors are busy.
-constexpr std::chrono::seconds kRecordingPatience(30);
+constexpr std::chrono::seconds kRecordingTimeout(30);
 
 constexpr const char* kPattern = "%^%l%$ %v";
 
@@ -79,8 +79,8 @@ void StopOnSignal::Wait(const std::stop_token& end) {
     if (came > 0 && came != SIGUSR1) {
       const bool is_first = !last_call;
       source_.request_stop();
-      last_call = std::min(last_call.value_or(now + kRecordingPatience),
-                           now + (is_first && records_ ? kRecordingPatience : kPatience));
+      last_call = std::min(last_call.value_or(now + kRecordingTimeout),
+                           now + (is_first && records_ ? kRecordingTimeout : kTimeout));
     }
     if (last_call && now >= *last_call) {
       if (records_) WriteUnblocked(STDERR_FILENO, "stopped before the recording was closed\n");
@@ -140,7 +140,7 @@ int ExitCode(const std::function<int()>& command, const char* program) {
 }
 
 bool WriteUnblocked(int fd, std::string_view text) {
-  text = text.substr(0, kMostUnblocked);
+  text = text.substr(0, kMaxUnblocked);
   while (!text.empty()) {
     pollfd ready{fd, POLLOUT, 0};
     if (poll(&ready, 1, 0) != 1 || ready.revents != POLLOUT) return false;
@@ -167,8 +167,8 @@ void UnblockedSink::sink_it_(const spdlog::details::log_msg& message) {
     text.insert(message.color_range_end, kPlain);
     text.insert(message.color_range_start, ColourOf(message.level));
   }
-  if (text.size() > kMostUnblocked) {
-    text.replace(kMostUnblocked - kShortened.size(), std::string::npos, kShortened);
+  if (text.size() > kMaxUnblocked) {
+    text.replace(kMaxUnblocked - kShortened.size(), std::string::npos, kShortened);
   }
   if (lost_ > 0 || !WriteUnblocked(fd_, text)) ++lost_;
 }

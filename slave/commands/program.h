@@ -61,10 +61,10 @@ int ExitCode(const std::function<int()>& command, const char* program = "palpate
 // A log that never blocks: a stopped terminal, a hanging supervisor or a full pipe loses lines, but
 // does not delay the caller.
 //
-// Writes all of `text`, or nothing if that would block. At most kMostUnblocked bytes, which a pipe
+// Writes all of `text`, or nothing if that would block. At most kMaxUnblocked bytes, which a pipe
 // accepts at once.
 bool WriteUnblocked(int fd, std::string_view text);
-inline constexpr std::size_t kMostUnblocked = 4096;
+inline constexpr std::size_t kMaxUnblocked = 4096;
 
 // Lost lines are counted, and the next written line reports their number.
 class UnblockedSink final : public spdlog::sinks::base_sink<std::mutex> {

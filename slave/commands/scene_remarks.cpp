@@ -4,7 +4,7 @@
 
 #include <spdlog/spdlog.h>
 
-#include "slave/scene/words.h"
+#include "slave/scene/scene_text.h"
 #include "slave/solve/object_remarks.h"
 #include "slave/vision/stereo/rig.h"
 
@@ -13,7 +13,7 @@ namespace {
 
 using Remarks = std::vector<std::string>;
 
-constexpr double kLargestPixel = 5e-3;  // [m]
+constexpr double kMaxPixel = 5e-3;  // [m]
 
 void AddBaseline(const StereoCameras& cameras, const Object& object, Remarks* remarks) {
   if (cameras.rig.empty()) return;
@@ -32,7 +32,7 @@ std::vector<std::string> RemarksOn(const Scene& scene) {
   Remarks remarks;
   try {
     remarks = RemarksOnObject(scene);
-    if (const auto* camera = scene.sense.Find<Camera>(); camera && camera->pixel > kLargestPixel) {
+    if (const auto* camera = scene.sense.Find<Camera>(); camera && camera->pixel > kMaxPixel) {
       remarks.push_back(fmt::format("sense.camera.pixel of {} is larger than 5 mm",
                                     LengthInWords(camera->pixel)));
     }

@@ -7,7 +7,7 @@
 
 #include "slave/mechanics/factory/make_model.h"
 #include "slave/mechanics/factory/tool_press.h"
-#include "slave/scene/words.h"
+#include "slave/scene/scene_text.h"
 #include "slave/study/auto_model.h"
 
 namespace palpate {

@@ -17,7 +17,7 @@ constexpr double kRounding = 1e-12;    // relative to the sizes at hand
 constexpr double kStartSlack = 1e-9;   // of the path: a start on the boundary, to rounding
 // Farther away than this many times the body's reach there is no tool, and squares of squares would
 // leave the numbers.
-constexpr double kFarthest = 1e9;
+constexpr double kMaxDistance = 1e9;
 
 Eigen::Vector2d Turned(const Eigen::Vector2d& axis) {
   return {-axis.y(), axis.x()};
@@ -115,7 +115,7 @@ bool ObbTree::MayMeet(const Box& box, const Eigen::Vector2d& from,
   return std::abs(normal.dot(apart)) <= box_radius + slack * half_path.norm();
 }
 
-double ObbTree::LeastDistanceSquared(const Box& box, const Eigen::Vector2d& p) const noexcept {
+double ObbTree::MinDistanceSquared(const Box& box, const Eigen::Vector2d& p) const noexcept {
   const Eigen::Vector2d apart = p - box.centre;
   const Eigen::Vector2d q(std::abs(box.axis.dot(apart)), std::abs(Turned(box.axis).dot(apart)));
   const double slack = kRounding * (reach_ + q.maxCoeff());
@@ -199,7 +199,7 @@ ElementPlace ObbTree::Nearest(const Eigen::Vector2d& p, int near) const noexcept
     visit(behind = At(behind).previous);
   }
   VisitNearest(
-      boxes_, best.distance_squared, [&](const Box& box) { return LeastDistanceSquared(box, p); },
+      boxes_, best.distance_squared, [&](const Box& box) { return MinDistanceSquared(box, p); },
       [&](int k) { visit(order_[Index(k)]); });
   return best.place;
 }
@@ -215,7 +215,7 @@ void BoundaryContact::Approach(const Eigen::Vector2d& from, const Eigen::Vector2
 
 const BoundaryPlace& BoundaryContact::MoveTip(const Eigen::Vector2d& p_O_tip) noexcept {
   const bool is_usable =
-      p_O_tip.allFinite() && p_O_tip.cwiseAbs().maxCoeff() <= kFarthest * tree_.reach();
+      p_O_tip.allFinite() && p_O_tip.cwiseAbs().maxCoeff() <= kMaxDistance * tree_.reach();
   if (!is_usable) return place_;
   const Eigen::Vector2d from = last_tip_.value_or(p_O_tip);
   last_tip_ = p_O_tip;

@@ -70,8 +70,7 @@ class ObbTree {
   [[nodiscard]] Box Fit(int begin, int end) const;
   [[nodiscard]] bool MayMeet(const Box& box, const Eigen::Vector2d& from,
                              const Eigen::Vector2d& to) const noexcept;
-  [[nodiscard]] double LeastDistanceSquared(const Box& box,
-                                            const Eigen::Vector2d& p) const noexcept;
+  [[nodiscard]] double MinDistanceSquared(const Box& box, const Eigen::Vector2d& p) const noexcept;
   [[nodiscard]] Candidate Project(int element, const Eigen::Vector2d& p) const noexcept;
   [[nodiscard]] bool IsNearer(const Candidate& one, const Candidate& other) const noexcept;
   [[nodiscard]] const Element& At(int element) const noexcept { return elements_[Index(element)]; }

@@ -174,7 +174,7 @@ int SurfaceContact::Build(int begin, int end) {
   return static_cast<int>(index);
 }
 
-double SurfaceContact::LeastDistanceSquared(const Box& box, const Vector3d& p) const noexcept {
+double SurfaceContact::MinDistanceSquared(const Box& box, const Vector3d& p) const noexcept {
   const Vector3d apart = (box.lower - p).cwiseMax(p - box.upper);
   return (apart.array() - kRounding * reach_).max(0.0).matrix().squaredNorm();
 }
@@ -217,7 +217,7 @@ std::optional<TouchedPlace> SurfaceContact::Find(const Vector3d& p, double gate)
   };
   VisitNearest(
       boxes_, best.place.distance_squared,
-      [&](const Box& box) { return LeastDistanceSquared(box, p); }, visit);
+      [&](const Box& box) { return MinDistanceSquared(box, p); }, visit);
   if (best.face < 0 || !std::isfinite(best.place.distance_squared)) return std::nullopt;
   const Face& face = FaceAt(best.face);
   TouchedPlace place;

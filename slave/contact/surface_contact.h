@@ -75,8 +75,7 @@ class SurfaceContact {
   void AddFaces();
   void AddNormals();
   int Build(int begin, int end);
-  [[nodiscard]] double LeastDistanceSquared(const Box& box,
-                                            const Eigen::Vector3d& p) const noexcept;
+  [[nodiscard]] double MinDistanceSquared(const Box& box, const Eigen::Vector3d& p) const noexcept;
   [[nodiscard]] Candidate Project(int face, const Eigen::Vector3d& p) const noexcept;
   [[nodiscard]] bool IsNearer(const Candidate& one, const Candidate& other) const noexcept;
   [[nodiscard]] const Eigen::Vector3d& PseudoNormal(const Candidate& candidate) const noexcept;

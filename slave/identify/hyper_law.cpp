@@ -89,7 +89,7 @@ const std::vector<LawFamily>& OfferedLaws() {
   return laws;
 }
 
-double LeastStability(const HyperLaw& law, const Vector3d& stretches) {
+double MinStability(const HyperLaw& law, const Vector3d& stretches) {
   const Vector3d log_stretch = stretches.array().log();
   const Matrix3d tangent = KirchhoffTangent(law, log_stretch);
   const double at_rest = 2 * law.ShearModulus();
@@ -112,7 +112,7 @@ std::string FirstInstability(const HyperLaw& law, double low, double high) {
       for (int i = 0; i <= kStabilitySteps; ++i) {
         const double stretch = std::pow(end, static_cast<double>(i) / kStabilitySteps);
         const Vector3d l = PrincipalStretches(kind, stretch);
-        if (LeastStability(law, l) > kUnstable) continue;
+        if (MinStability(law, l) > kUnstable) continue;
         return Formatted("unstable from a stretch of %.4g on under %s", stretch, words);
       }
     }

@@ -59,7 +59,7 @@ const std::vector<LawFamily>& OfferedLaws();
 // The least second-order work of a small step from where the stretches are, over that of the law at
 // rest, along all principal steps that keep the volume: below zero the law is unstable there
 // (Drucker). By differences.
-double LeastStability(const HyperLaw& law, const Eigen::Vector3d& stretches);
+double MinStability(const HyperLaw& law, const Eigen::Vector3d& stretches);
 
 // Returns as text where a law first becomes unstable in uniaxial, equibiaxial or planar load
 // between the stretches `low` <= 1 <= `high`; empty if it is stable.

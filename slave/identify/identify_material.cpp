@@ -20,7 +20,7 @@ namespace {
 using identify::TableRequest;
 
 constexpr std::string_view kRelaxation = "relaxation", kPress = "press", kLoads = "loads",
-                           kImages = "pictures";
+                           kImages = "images";
 
 // KIND=FILE, KIND:RATIO=FILE, or FILE alone.
 TableRequest ParseData(const std::string& argument) {
@@ -42,9 +42,9 @@ TableRequest ParseData(const std::string& argument) {
 
 std::optional<double> SizeOption(const char* option, const std::string& text, Dimension dimension) {
   if (text.empty()) return std::nullopt;
-  constexpr double kLargest = 2;  // [m]; beyond, these are millimetres without a unit
+  constexpr double kMaxSize = 2;  // [m]; beyond, these are millimetres without a unit
   const auto value = ParseQuantity(text, dimension);
-  if (!value || !(*value > 0 && *value <= kLargest)) {
+  if (!value || !(*value > 0 && *value <= kMaxSize)) {
     throw std::invalid_argument(std::string(option) + " = " + Shown(text) + ": expected " +
                                 ExpectedQuantity(dimension, "above 0, up to 2 m"));
   }
@@ -60,8 +60,8 @@ std::optional<double> Area(const std::string& text) {
     if (!text.ends_with(unit)) continue;
     const auto number =
         ParseFinite(Trimmed(std::string_view(text).substr(0, text.size() - unit.size())));
-    constexpr double kLargest = 4;  // [m^2]
-    if (number && *number > 0 && *number * factor <= kLargest) return *number * factor;
+    constexpr double kMaxSize = 4;  // [m^2]
+    if (number && *number > 0 && *number * factor <= kMaxSize) return *number * factor;
   }
   throw std::invalid_argument("--area = " + Shown(text) +
                               ": expected above 0, up to 4 m2, in m2 cm2 mm2");
@@ -118,7 +118,7 @@ Requests Sort(const IdentifyRequest& options) {
     throw std::invalid_argument("press=FILE, loads=FILE: needs --scene with the object");
   }
   if (!requests.images.empty() && options.scene.empty()) {
-    throw std::invalid_argument("pictures=FILE: needs --scene with the images of the contacts");
+    throw std::invalid_argument("images=FILE: needs --scene with the images of the contacts");
   }
   return requests;
 }
@@ -244,7 +244,7 @@ IdentifyReport Identify(const IdentifyRequest& request, const IdentifyActions& a
                         Progress* progress) {
   const Requests requests = Sort(request);
   if (!requests.images.empty() && !actions.fit_images) {
-    throw std::invalid_argument("pictures=FILE: expected the command palpate-slave identify");
+    throw std::invalid_argument("images=FILE: expected the command palpate-slave identify");
   }
   const identify::Specimen specimen = SpecimenOf(request);
   IdentifyReport report;

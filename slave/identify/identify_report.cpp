@@ -18,8 +18,8 @@ using identify::LawFit;
 using Json = nlohmann::ordered_json;
 
 constexpr double kWide = 1.96;
-constexpr double kPoorFit = 0.1;       // residual over the peak from which a fit is a warning [-]
-constexpr double kLeastShare = 1e-12;  // of a term in a scene
+constexpr double kPoorFit = 0.1;     // residual over the peak from which a fit is a warning [-]
+constexpr double kMinShare = 1e-12;  // of a term in a scene
 constexpr double kPoissonOfScene = 0.4999;  // what `model` solves with a pressure of its own
 constexpr const char* kDefinition =
     "slope of nominal stress between 10 and 20 % strain, divided by the stiffening due to bonded "
@@ -99,7 +99,7 @@ struct Faded {
 std::string RelaxingLines(const identify::PronyFit& prony, bool shear, double sigma) {
   constexpr double kPoisson = 0.48;
   const bool fits = prony.equilibrium > 0 && !prony.terms.empty() &&
-                    prony.terms.size() <= Material::kMostRelaxationTerms;
+                    prony.terms.size() <= Material::kMaxRelaxationTerms;
   if (!fits) return {};
   std::string terms;
   for (const identify::PronyTerm& term : prony.terms) {
@@ -328,7 +328,7 @@ std::string SceneLines(const LawFit& fit, double specimen_sigma) {
   const double sigma = std::hypot(specimen_sigma, fit.young_sigma / fit.law.YoungModulus());
   std::string terms;
   for (const identify::LawTerm& term : fit.law.terms) {
-    if (term.G < kLeastShare * G) continue;
+    if (term.G < kMinShare * G) continue;
     terms += fmt::format("{}[{:.6g}, {:.6g}]", terms.empty() ? "" : ", ", term.G / G, term.alpha);
   }
   return MaterialLine(2 * (1 + kPoissonOfScene) * G, kPoissonOfScene, sigma) +
@@ -383,7 +383,7 @@ std::string ToJson(const IdentifyReport& report) {
   if (report.prony) json["relaxation"] = ToJson(*report.prony, FadedOf(report));
   if (report.press) json["press"] = ToJson(*report.press);
   if (report.loads) json["loads"] = ToJson(*report.loads);
-  if (report.images) json["pictures"] = ToJson(*report.images);
+  if (report.images) json["images"] = ToJson(*report.images);
   return json.dump(2) + "\n";
 }
 

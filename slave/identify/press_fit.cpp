@@ -167,22 +167,22 @@ void RequireStatic(const Scene& scene, const char* kind) {
 // the end [N/Pa].
 VectorXd FitUnderTension(Scene scene, const std::vector<Press>& presses, const VectorXd& measured,
                          PressFit* fit, VectorXd* by_modulus, Progress* progress) {
-  constexpr int kMostSteps = 30;
-  constexpr double kEqual = 1e-6, kVaried = 1e-3, kFarthest = 5;
+  constexpr int kMaxSteps = 30;
+  constexpr double kEqual = 1e-6, kVaried = 1e-3, kMaxFactor = 5;
   double& E = scene.object.material.young_modulus;
   const auto forces = [&] {
     auto answer = Answer(scene, fit->poisson_ratio, presses, fit, progress);
     if (!answer) throw std::runtime_error("identify: the model has no solution for a contact");
     return *std::move(answer);
   };
-  for (int i = 0; i < kMostSteps; ++i) {
+  for (int i = 0; i < kMaxSteps; ++i) {
     const double at = E;
     const VectorXd modelled = forces();
     E = at * (1 + kVaried);
     *by_modulus = (forces() - modelled) / (at * kVaried);
     const double step =
         by_modulus->dot(measured - modelled) / std::max(by_modulus->squaredNorm(), 1e-300);
-    E = std::clamp(at + step, at / kFarthest, at * kFarthest);
+    E = std::clamp(at + step, at / kMaxFactor, at * kMaxFactor);
     fit->young_modulus = at;
     if (std::abs(E - at) <= kEqual * at) return modelled;
   }
@@ -194,10 +194,10 @@ VectorXd FitUnderTension(Scene scene, const std::vector<Press>& presses, const V
 // The scene's modulus, until the modelled displacements are as large as the measured ones.
 VectorXd ScaleToLoads(Scene scene, const std::vector<Press>& presses, const VectorXd& measured,
                       const std::filesystem::path& file, PressFit* fit, Progress* progress) {
-  constexpr int kMostSteps = 30;
+  constexpr int kMaxSteps = 30;
   constexpr double kEqual = 1e-4, kStiffer = 10;
   double& E = scene.object.material.young_modulus;
-  for (int i = 0; i < kMostSteps; ++i) {
+  for (int i = 0; i < kMaxSteps; ++i) {
     auto modelled = Answer(scene, fit->poisson_ratio, presses, fit, progress);
     fit->young_modulus = E;
     if (!modelled) {  // it gives way to its weight

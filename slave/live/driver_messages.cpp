@@ -8,9 +8,9 @@
 namespace palpate {
 namespace {
 
-constexpr double kFarthest = 100;           // [m]
-constexpr double kLongestDelay = 1;         // of an image [s]
-constexpr std::size_t kLongestFault = 200;  // [characters]
+constexpr double kMaxCoordinate = 100;        // [m]
+constexpr double kMaxImageDelay = 1;          // of an image [s]
+constexpr std::size_t kMaxFaultLength = 200;  // [characters]
 
 std::optional<PushedImage> Pushed(const v1::Image& message, std::string_view name,
                                   FieldReader* reader) {
@@ -56,7 +56,7 @@ std::optional<PushedSample> FromProto(const v1::ImageSample& message, std::strin
   if (message.has_right_sensed_at()) {
     sample.right_sensed_at = reader.Stamp("right_sensed_at", message.right_sensed_at());
   }
-  sample.delay = reader.NonNegative("delay", message.delay(), kLongestDelay);
+  sample.delay = reader.NonNegative("delay", message.delay(), kMaxImageDelay);
   if (!reader.ok()) return std::nullopt;
   return sample;
 }
@@ -70,19 +70,19 @@ std::optional<ArmReading> FromProto(const v1::ArmReport& message, std::string* r
   ArmReading reading;
   reading.sequence = message.sequence();
   reading.measured_at = reader.Stamp("measured_at", message.measured_at());
-  reading.p_S_tip = reader.Vector("p_S_tip", message.p_s_tip(), kFarthest);
+  reading.p_S_tip = reader.Vector("p_S_tip", message.p_s_tip(), kMaxCoordinate);
   if (message.has_measured_force()) {
     reading.force = reader.Vector("measured_force", message.measured_force(), kMaxForce);
   }
   reading.R_S_tool = reader.Rotation("orientation", message.orientation());
   reading.at_limit = message.at_limit();
-  reading.fault = Presentable(message.fault(), kLongestFault);
+  reading.fault = Presentable(message.fault(), kMaxFaultLength);
   if (!reader.ok()) return std::nullopt;
   return reading;
 }
 
 std::optional<TactileSample> FromProto(const v1::TactileSample& message, std::string* reason) {
-  constexpr int kMostPressures = 2;  // pdc, pac0
+  constexpr int kMaxPressures = 2;  // pdc, pac0
   const auto& electrodes = message.electrodes();
   const auto& pressure = message.pressure();
   FieldReader reader(reason);
@@ -90,7 +90,7 @@ std::optional<TactileSample> FromProto(const v1::TactileSample& message, std::st
   reader.Require(electrodes.size() >= 1 && electrodes.size() <= kMaxChannels,
                  std::to_string(electrodes.size()) + " channels",
                  "1 to " + std::to_string(kMaxChannels));
-  reader.Require(pressure.size() <= kMostPressures, std::to_string(pressure.size()) + " pressures",
+  reader.Require(pressure.size() <= kMaxPressures, std::to_string(pressure.size()) + " pressures",
                  "at most two: pdc, pac0");
   if (!reader.ok()) return std::nullopt;
   TactileSample sample;

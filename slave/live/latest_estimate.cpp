@@ -105,9 +105,9 @@ Events LatestEstimate::TakeEvents() {
   return events;
 }
 
-bool LatestEstimate::WaitForNewer(Time sensed_at, std::chrono::milliseconds patience) {
+bool LatestEstimate::WaitForNewer(Time sensed_at, std::chrono::milliseconds timeout) {
   std::unique_lock lock(mutex_);
-  return changed_.wait_until(lock, std::chrono::steady_clock::now() + patience,
+  return changed_.wait_until(lock, std::chrono::steady_clock::now() + timeout,
                              [&] { return estimate_.sensed_at > sensed_at; });
 }
 

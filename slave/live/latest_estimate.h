@@ -46,7 +46,7 @@ class LatestEstimate {
   // At most the newest few hundred, see Slave.
   [[nodiscard]] std::vector<SampleTrace> TracesSince(Time sensed_at) const;
   Events TakeEvents();
-  bool WaitForNewer(Time sensed_at, std::chrono::milliseconds patience);
+  bool WaitForNewer(Time sensed_at, std::chrono::milliseconds timeout);
   // Estimate and operator state as of `now`; without sequence, events and true force.
   [[nodiscard]] SlaveState Compose(const OperatorPort& port, Time now) const;
   // Validity, counts, rate and alarms.

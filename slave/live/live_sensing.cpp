@@ -149,9 +149,10 @@ void LiveSensing::Estimate() {
 }
 
 void LiveSensing::ReportExtrapolation() {
-  const std::string_view doubt = parts_.sense.doubt();
-  if (!doubt.empty() && reported_doubts_.insert(doubt).second) {
-    parts_.newest.RaiseAlarm(doubt, "the model's solution is extrapolated: " + std::string(doubt));
+  const std::string_view flag_reason = parts_.sense.flag_reason();
+  if (!flag_reason.empty() && reported_reasons_.insert(flag_reason).second) {
+    parts_.newest.RaiseAlarm(flag_reason,
+                             "the model's solution is extrapolated: " + std::string(flag_reason));
   }
 }
 

@@ -91,7 +91,7 @@ class LiveSensing {
   const bool shows_tool_;
   // Used by the thread; nullopt: the sensing does not measure a tip that the manipulator carries.
   std::optional<TipRegistration> registration_;
-  std::set<std::string_view> reported_doubts_;  // already reported; each raises one alarm, once
+  std::set<std::string_view> reported_reasons_;  // already reported; each raises one alarm, once
   PlannedDepth planned_depth_;
   std::atomic<bool> reset_wanted_{false};
   SampleTrace trace_;  // of the acquired sample

@@ -59,8 +59,8 @@ class LiveSlave final : public Slave {
   // Between samples the local model follows the device.
   [[nodiscard]] SlaveState Compose(Time now) override;
   Events TakeEvents() override;
-  bool WaitForNewer(Time sensed_at, std::chrono::milliseconds patience) override {
-    return newest_.WaitForNewer(sensed_at, patience);
+  bool WaitForNewer(Time sensed_at, std::chrono::milliseconds timeout) override {
+    return newest_.WaitForNewer(sensed_at, timeout);
   }
   [[nodiscard]] SlaveDescription Describe() const override;
   [[nodiscard]] SlaveStatus Status() const override;

@@ -138,7 +138,7 @@ class Run {
     summary_.has_truth = simulation_ != nullptr;
     summary_.sense = slave_->sense().info();
     states_.emplace(options.out, summary_.has_truth && summary_.sense.tells_force);
-    if (options.images) std::filesystem::create_directories(options.out / "pictures");
+    if (options.images) std::filesystem::create_directories(options.out / "images");
     OpenReport();
   }
 
@@ -213,7 +213,7 @@ class Run {
     const OperatorOptions& hand = scene_.operator_options;
     const auto image = slave_->sense().Image(hand.force_limit / hand.transform.force_scale);
     if (!image) return;
-    const auto file = options_.out / "pictures" / fmt::format("{:06}.jpg", sequence);
+    const auto file = options_.out / "images" / fmt::format("{:06}.jpg", sequence);
     WriteWholeFile(file, EncodeJpeg(image->draw(), kJpegQuality));
   }
 

@@ -40,9 +40,9 @@ constexpr double kMaxForceLimit = 100;     // [N]
 constexpr double kMaxYoungModulus = 1e13;  // [Pa]
 
 void Check(const char* name, std::optional<double> value, double high) {
-  if (!value || (*value >= kLeastSetting && *value <= high)) return;
+  if (!value || (*value >= kMinSetting && *value <= high)) return;
   throw std::invalid_argument(
-      fmt::format("{} = {:g}: expected {:g} to {:g}", name, *value, kLeastSetting, high));
+      fmt::format("{} = {:g}: expected {:g} to {:g}", name, *value, kMinSetting, high));
 }
 
 }  // namespace
@@ -216,7 +216,7 @@ void OperatorPort::Watch(Time now, const ContactState& contact) noexcept {
     HoldUntilEngaged(Event::kHold);
   }
   if (view_.phase == Phase::kHold &&
-      std::max(silence, unacknowledged) > dead_after_ + kLongestCommandGap) {
+      std::max(silence, unacknowledged) > dead_after_ + kMaxCommandGap) {
     needs_new_epoch_ = true;
   }
 }

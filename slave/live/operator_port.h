@@ -23,7 +23,7 @@ namespace palpate {
 
 // After a gap up to this length, beyond the silence after which the tool holds, motion resumes when
 // commands arrive; after a longer one the operator must engage again.
-inline constexpr double kLongestCommandGap = 0.220;  // [s]
+inline constexpr double kMaxCommandGap = 0.220;  // [s]
 // An operator whose commands report no newer state for this time gets no force: the tool holds.
 inline constexpr double kAcknowledgementTimeout = 0.100;  // [s]
 // A command may lead by the distance that the manipulator travels at full speed in this time [s].

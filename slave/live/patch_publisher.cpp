@@ -52,7 +52,7 @@ void PatchPublisher::Update(const ContactEstimate& estimate, std::uint32_t setti
   const SurfacePatch& patch = shown_.patch();
   const bool is_old = !patch.known() || patch.settings_revision != settings_revision;
   const bool is_outgrown =
-      sense->HasOutgrownPatch() && !(SecondsBetween(published_at_, now) < kShortest);
+      sense->HasOutgrownPatch() && !(SecondsBetween(published_at_, now) < kMinPeriod);
   if (is_outgrown) published_at_ = now;
   if (is_old || is_outgrown || IsLeft(estimate.p_S_tip)) Renew(estimate, settings_revision, sense);
   if (shown_.patch().known() && is_known) Compare(estimate, sense, now);
@@ -113,7 +113,7 @@ void PatchPublisher::Compare(const ContactEstimate& estimate, SensingPipeline* s
   const Eigen::Vector3d astray = sense->motion().offset - shown_.ShiftAt(t, t);
   const bool moves = !is_learnt_ && astray.norm() > kAstray * shown_.patch().full_depth;
   if (!is_noticed && !lets_go && !may_have_learnt && !moves) return;
-  if (SecondsBetween(published_at_, now) < kShortest) return;
+  if (SecondsBetween(published_at_, now) < kMinPeriod) return;
   PatchLaw law = shown_.law();
   const SurfacePatch& before = shown_.patch();
   if (is_learnt_) {

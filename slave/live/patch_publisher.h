@@ -20,8 +20,8 @@ namespace palpate {
 // same time; Get: any thread.
 class PatchPublisher {
  public:
-  static constexpr double kWanted = 2;        // time since the last request [s]
-  static constexpr double kShortest = 0.030;  // time between two curves [s]
+  static constexpr double kWanted = 2;         // time since the last request [s]
+  static constexpr double kMinPeriod = 0.030;  // time between two curves [s]
 
   struct Options {
     double weber_fraction = 0.1;  // of the force [-]

@@ -62,7 +62,7 @@ struct EncodedImage {
 
 inline constexpr double kMaxPositionScale = 100, kMaxForceScale = 1e9;
 // Limits of scales and the force limit, so that quotients stay finite.
-inline constexpr double kLeastSetting = 1e-15;
+inline constexpr double kMinSetting = 1e-15;
 
 class ImageInbox;
 class Progress;
@@ -91,8 +91,8 @@ class Slave {
   [[nodiscard]] virtual SlaveState Compose(Time now) = 0;
   // Events since the last call; one caller (the publisher).
   virtual Events TakeEvents() = 0;
-  // Waits until something newer than `sensed_at` was sensed, or for `patience`; true: there is.
-  virtual bool WaitForNewer(Time sensed_at, std::chrono::milliseconds patience) = 0;
+  // Waits until something newer than `sensed_at` was sensed, or for `timeout`; true: there is.
+  virtual bool WaitForNewer(Time sensed_at, std::chrono::milliseconds timeout) = 0;
 
   // Whether a client reads states; true until set. Without one the slave may idle, and is awake
   // again when SetWatched(true) returns. One caller (the publisher).

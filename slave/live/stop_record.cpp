@@ -14,13 +14,13 @@
 namespace palpate {
 namespace {
 
-constexpr std::size_t kLongestReason = 200;    // [characters]
-constexpr std::uintmax_t kLargestFile = 4096;  // [bytes]
+constexpr std::size_t kMaxReasonLength = 200;  // [characters]
+constexpr std::uintmax_t kMaxFile = 4096;      // [bytes]
 
 // Any text that another program left in the file counts as a reason, too.
 std::string KeptReason(const std::filesystem::path& file) {
   try {
-    return Shown(Trimmed(ReadWholeFile(file, kLargestFile, "a reason")), kLongestReason);
+    return Shown(Trimmed(ReadWholeFile(file, kMaxFile, "a reason")), kMaxReasonLength);
   } catch (const std::exception&) {
     return {};
   }
@@ -89,7 +89,7 @@ bool StopRecord::KeepIn(const std::filesystem::path& folder) {
 std::string StopRecord::Begin(const std::string& reason) noexcept {
   const std::scoped_lock file_lock(file_mutex_);
   try {
-    const std::string shown = Shown(reason, kLongestReason);
+    const std::string shown = Shown(reason, kMaxReasonLength);
     spdlog::warn("emergency stop: {}", shown);
     {
       const std::scoped_lock lock(mutex_);

@@ -51,7 +51,7 @@ class ArmFit {
     const double stretch = (vv_ * uy_ - uv_ * vy_) / determinant;
     const double late = (uu_ * vy_ - uv_ * uy_) / determinant;
     const double scale = 1 + stretch;
-    if (!(scale > kSmallest)) return Found{0, scale};
+    if (!(scale > kMinScale)) return Found{0, scale};
     return Found{-late / scale, scale};
   }
 
@@ -61,7 +61,7 @@ class ArmFit {
   static constexpr double kWay = 3e-4;     // least spread of the targets, rms [m]
   static constexpr double kDistinct =
       0.05;  // least independence of position and velocity; a ramp alone has none
-  static constexpr double kSmallest = 0.01;  // smallest scale for which the lag is determined
+  static constexpr double kMinScale = 0.01;  // smallest scale for which the lag is determined
 
   double memory_ = 2;  // [s]
   double weight_ = 0;

@@ -82,13 +82,13 @@ Eigen::Vector3d StreamedManipulator::Tip() const noexcept {
 Eigen::Vector3d StreamedManipulator::TipAt(Time t) const noexcept {
   const std::lock_guard lock(mutex_);
   if (!reading_) return options_.home;
-  const std::size_t oldest = count_ > kKept ? count_ - kKept : 0;
+  const std::size_t oldest = count_ > kMaxKept ? count_ - kMaxKept : 0;
   std::size_t k = count_;
-  while (k > oldest && kept_[(k - 1) % kKept].at > t) --k;
+  while (k > oldest && kept_[(k - 1) % kMaxKept].at > t) --k;
   if (k == count_) return reading_->p_S_tip;
-  const Kept& after = kept_[k % kKept];
+  const Kept& after = kept_[k % kMaxKept];
   if (k == oldest) return after.p_S_tip;
-  const Kept& before = kept_[(k - 1) % kKept];
+  const Kept& before = kept_[(k - 1) % kMaxKept];
   const double share = SecondsBetween(before.at, t) / SecondsBetween(before.at, after.at);
   return before.p_S_tip + share * (after.p_S_tip - before.p_S_tip);
 }
@@ -168,7 +168,7 @@ std::string StreamedManipulator::FindFault(const ArmReading& reading, Time measu
                        1e3 * outside);
   }
   if (!reading_) return {};
-  const double dt = SecondsBetween(kept_[(count_ - 1) % kKept].at, measured_at);
+  const double dt = SecondsBetween(kept_[(count_ - 1) % kMaxKept].at, measured_at);
   const double way = (reading.p_S_tip - reading_->p_S_tip).norm();
   if (way <= options_.max_speed * (kFastest * dt + kSlack)) return {};
   return fmt::format(
@@ -189,14 +189,14 @@ void StreamedManipulator::BeginWith(DriverId driver, const std::string& name) {
 }
 
 void StreamedManipulator::Keep(const ArmReading& reading, Time measured_at) noexcept {
-  const Kept* last = count_ > 0 ? &kept_[(count_ - 1) % kKept] : nullptr;
+  const Kept* last = count_ > 0 ? &kept_[(count_ - 1) % kMaxKept] : nullptr;
   // Times rise, even where the fastest report so far moves those after it back.
   const Time at = last ? std::max(measured_at, last->at + Clock::duration(1)) : measured_at;
   const double dt = last ? SecondsBetween(last->at, at) : 0;
   if (motion_ == ArmAim::Motion::kFollow) {
     fit_.Add(reading.p_S_tip, follower_.tip(), follower_.velocity(), dt);
   }
-  kept_[count_++ % kKept] = {at, reading.p_S_tip};
+  kept_[count_++ % kMaxKept] = {at, reading.p_S_tip};
   period_ = count_ == 2 ? dt : period_ + kSmoothing * (dt - period_);
   if (!reading_) {
     rotation_.Begin(reading.R_S_tool);
@@ -223,14 +223,14 @@ std::optional<DriverRefusal> StreamedManipulator::Take(DriverId driver, const st
   driver_.heard_at = arrived_at;
   ++driver_.reports;
   const Time measured_at = driver_.clock.Map(reading.measured_at, arrived_at);
-  const std::string doubt = FindFault(reading, measured_at);
-  if (!doubt.empty()) {
-    Fail(doubt, arrived_at);
+  const std::string fault = FindFault(reading, measured_at);
+  if (!fault.empty()) {
+    Fail(fault, arrived_at);
   } else if (!fault_.empty() && SecondsBetween(wrong_at_, arrived_at) > kSettles) {
     fault_.clear();
     follower_.Place(reading.p_S_tip);  // it is held where it is now
   }
-  if (!doubt.empty() && reading.fault.empty()) return std::nullopt;  // it is rejected
+  if (!fault.empty() && reading.fault.empty()) return std::nullopt;  // it is rejected
   Keep(reading, measured_at);
   return std::nullopt;
 }

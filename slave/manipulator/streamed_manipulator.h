@@ -55,7 +55,7 @@ class StreamedManipulator final : public Manipulator {
   ArmAim Aim(Time now);
 
  private:
-  static constexpr std::size_t kKept = 512;  // reports: half a second at 1 kHz
+  static constexpr std::size_t kMaxKept = 512;  // reports: half a second at 1 kHz
 
   struct Driver {
     DriverId id = 0;  // 0: no driver
@@ -98,7 +98,7 @@ class StreamedManipulator final : public Manipulator {
   std::string fault_;  // the last fault, until it has been absent for a while
   Time wrong_at_{};
   std::optional<ArmReading> reading_;  // the newest that was accepted
-  std::array<Kept, kKept> kept_;       // the last ones, times rise
+  std::array<Kept, kMaxKept> kept_;    // the last ones, times rise
   std::size_t count_ = 0;              // largest age of the stored readings of this driver
   ArmFit fit_;
   double period_ = 0;  // between reports, smoothed [s]

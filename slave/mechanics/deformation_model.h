@@ -56,7 +56,7 @@ struct ContactResponse {
                                 // it costs more than the solution (fem) or is not requested
   Validity validity = Validity::kFailed;
   // Why it is kExtrapolated, one clause with static lifetime; may be empty.
-  std::string_view doubt;
+  std::string_view flag_reason;
   // Moment of the force about the displaced centre of a contact with a width [N m]; nullopt: the
   // model or the mesh does not resolve how the force is distributed over the contact.
   std::optional<Eigen::Vector3d> moment_O{};

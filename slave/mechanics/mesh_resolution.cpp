@@ -19,8 +19,8 @@ namespace {
 using Eigen::Matrix3d;
 using Eigen::Vector3d;
 
-constexpr double kMostOff = 0.1;
-constexpr int kFewest = 3;  // pieces that may stand for a disc with a rim
+constexpr double kMaxOff = 0.1;
+constexpr int kMinPieces = 3;  // pieces that may stand for a disc with a rim
 
 constexpr double kNoRim = 1e-6;
 
@@ -35,7 +35,7 @@ constexpr double kFewOff = 0.2;
 // spreads its load over the elements around is stiffer.
 constexpr std::array kRimEffect{-0.05, -0.25, 0.9, 0.3};
 
-constexpr double kMostPoisson = 0.49;
+constexpr double kMaxPoisson = 0.49;
 // Larger side by thickness above which a body bends [-]. [derived: 1.5 of a cube]
 constexpr double kSlender = 2;
 // For bodies that are no straight bars: part of the true missing energy that the recovered strains
@@ -112,14 +112,14 @@ PatchCover CoverOf(const DiscPatch& patch, PatchBasis basis) noexcept {
 
 double PatchStiffness(const PatchCover& cover) noexcept {
   const double rim = std::clamp(cover.disc.rim / (2 * std::numbers::pi), 0.0, 1.0);
-  const bool is_disc = cover.count >= kFewest || (cover.count > 0 && rim < kNoRim);
+  const bool is_disc = cover.count >= kMinPieces || (cover.count > 0 && rim < kNoRim);
   if (!is_disc || !(cover.disc.area > 0)) return 0;
   return std::sqrt(cover.area / cover.disc.area) *
          (1 + rim * kRimEffect[static_cast<std::size_t>(cover.basis)] / std::sqrt(cover.count));
 }
 
 bool IsPatchCoarse(const PatchCover& cover) noexcept {
-  return std::abs(PatchStiffness(cover) - 1) > kMostOff;
+  return std::abs(PatchStiffness(cover) - 1) > kMaxOff;
 }
 
 double PatchError(const PatchCover& cover) noexcept {
@@ -134,11 +134,11 @@ bool IsContactCoarse(double patch_error, double disc_stiffness, const Vector3d& 
   if (patch_error == 0) return false;
   const double compliance = std::abs(force.dot(displacement)) / force.squaredNorm();
   const double share = compliance > 0 ? 1 / (disc_stiffness * compliance) : 1;
-  return patch_error * std::min(1.0, share) > kMostOff;
+  return patch_error * std::min(1.0, share) > kMaxOff;
 }
 
 StrainResolution::StrainResolution(const TetMesh& mesh, const HeldNodes& held, double poisson_ratio)
-    : lame_(LameOf(std::min(poisson_ratio, kMostPoisson))),
+    : lame_(LameOf(std::min(poisson_ratio, kMaxPoisson))),
       bulk_root_(std::sqrt(lame_.lambda + 2.0 / 3 * lame_.mu)),
       shear_root_(std::sqrt(2 * lame_.mu)),
       quadratic_(mesh.nodes_per_element == 10),

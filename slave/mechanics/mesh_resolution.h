@@ -54,7 +54,7 @@ bool IsContactCoarse(double patch_error, double disc_stiffness, const Eigen::Vec
                      const Eigen::Vector3d& displacement) noexcept;
 // Least part of a point contact's weight on free nodes [-]: they alone take its displacement,
 // divided by this part.
-inline constexpr double kLeastFreeWeight = 0.5;
+inline constexpr double kMinFreeWeight = 0.5;
 inline constexpr std::string_view kOnSupport =
     "the contact lies mostly on fixed nodes: the others move more than twice as far";
 inline constexpr std::string_view kCoarsePatch =
@@ -136,7 +136,7 @@ class StrainResolution {
 };
 
 // Beyond it a solution is extrapolated.
-inline constexpr double kMostSoftness = 0.05;
+inline constexpr double kMaxSoftness = 0.05;
 inline constexpr std::string_view kStiffInBending =
     "too few tetrahedra for how the body bends: its stiffness is too high by about 5 % or more; "
     "use "

@@ -12,8 +12,8 @@ namespace {
 
 using Eigen::Vector3d;
 
-constexpr double kSamePlace = 1e-9;                         // of the diagonal
-constexpr double kLargestUsual = 2, kSmallestUsual = 2e-5;  // diagonal [m]
+constexpr double kSamePlace = 1e-9;                // of the diagonal
+constexpr double kMaxUsual = 2, kMinUsual = 2e-5;  // diagonal [m]
 constexpr std::size_t kMaxListed = 5;
 
 template <class Name>
@@ -64,10 +64,10 @@ void FindDuplicates(const std::vector<Vector3d>& nodes, const MeshNumbers& numbe
 }
 
 void CheckSize(double diagonal, MeshReport* report) {
-  if (diagonal > kLargestUsual) {
+  if (diagonal > kMaxUsual) {
     report->warnings.push_back("diagonal of " + Length(diagonal) +
                                ": probably millimetres; if so, set unit: mm");
-  } else if (diagonal < kSmallestUsual) {
+  } else if (diagonal < kMinUsual) {
     report->warnings.push_back("diagonal of " + Length(diagonal) +
                                ": smaller than a cell; is the file in metres? If not, set unit");
   }

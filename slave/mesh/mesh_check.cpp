@@ -67,10 +67,10 @@ void CheckShapes(SolidMesh* mesh, const MeshNumbers& numbers, MeshReport* report
   for (std::size_t t = 0; t < mesh->tets.size(); ++t) {
     auto& tet = mesh->tets[t];
     const TetShape shape = ShapeOf(*mesh, tet, scale);
-    const double least_height = kFlat * shape.longest + kRounding * largest;
+    const double min_height = kFlat * shape.longest + kRounding * largest;
     const double height = 3 * std::abs(shape.volume) / shape.largest_face;
     const int element = static_cast<int>(t);
-    if (!(shape.largest_face > 0 && height > least_height)) {
+    if (!(shape.largest_face > 0 && height > min_height)) {
       flat.push_back(element);
       quality.push_back(0);
       continue;

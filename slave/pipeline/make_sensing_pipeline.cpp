@@ -46,7 +46,7 @@ class AwaitedSense final : public SensingPipeline {
   const ContactEstimate& Estimate(const TipReading& encoders) noexcept override {
     return Made()->Estimate(encoders);
   }
-  [[nodiscard]] std::string_view doubt() const override { return Made()->doubt(); }
+  [[nodiscard]] std::string_view flag_reason() const override { return Made()->flag_reason(); }
   LocalModel LocalModelAt(const Eigen::Vector3d& p_S_tip) noexcept override {
     return Made() ? Made()->LocalModelAt(p_S_tip) : LocalModel{};
   }

@@ -23,7 +23,7 @@
 namespace palpate {
 namespace {
 
-constexpr std::size_t kMostOutput = 4000;
+constexpr std::size_t kMaxOutput = 4000;
 constexpr std::chrono::milliseconds kLook{5};
 
 // Settings of posix_spawn: folder, input, output, signals as a program expects them.
@@ -96,7 +96,7 @@ std::string LastOf(const std::filesystem::path& file) {
   std::ifstream stream(file, std::ios::binary);
   std::error_code error;
   const std::uintmax_t size = std::filesystem::file_size(file, error);
-  if (!error && size > kMostOutput) stream.seekg(static_cast<std::streamoff>(size - kMostOutput));
+  if (!error && size > kMaxOutput) stream.seekg(static_cast<std::streamoff>(size - kMaxOutput));
   return {std::istreambuf_iterator<char>(stream), {}};
 }
 

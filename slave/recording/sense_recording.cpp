@@ -58,7 +58,7 @@ class SenseRecording::WatchedSense final : public SensingPipeline {
     PutTip(estimate);
     return estimate;
   }
-  [[nodiscard]] std::string_view doubt() const override { return sense_->doubt(); }
+  [[nodiscard]] std::string_view flag_reason() const override { return sense_->flag_reason(); }
   LocalModel LocalModelAt(const Eigen::Vector3d& p_S_tip) noexcept override {
     Put([&](v1::SenseStep* step) { ToProto(p_S_tip, step->mutable_plane_at()); });
     return sense_->LocalModelAt(p_S_tip);

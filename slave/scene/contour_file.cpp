@@ -10,7 +10,7 @@
 namespace palpate {
 namespace {
 
-constexpr std::size_t kMostPoints = 4000;  // as many elements a model may have
+constexpr std::size_t kMaxPoints = 4000;  // as many elements a model may have
 
 std::vector<Eigen::Vector2d> ReadPoints(const std::filesystem::path& file) {
   std::vector<Eigen::Vector2d> points;
@@ -23,7 +23,7 @@ std::vector<Eigen::Vector2d> ReadPoints(const std::filesystem::path& file) {
 }  // namespace
 
 std::vector<Eigen::Vector2d> ReadContourFile(const std::filesystem::path& file) {
-  constexpr std::uintmax_t kLargestFile = 1 << 20;  // [bytes]
+  constexpr std::uintmax_t kMaxFile = 1 << 20;  // [bytes]
   const auto refuse = [&](const std::string& what) {
     throw std::invalid_argument(file.string() + ": " + what);
   };
@@ -31,7 +31,7 @@ std::vector<Eigen::Vector2d> ReadContourFile(const std::filesystem::path& file) 
   if (!std::filesystem::is_regular_file(file, error)) {
     refuse("cannot be read: expected a CSV file of x,y");
   }
-  if (std::filesystem::file_size(file, error) > kLargestFile) {
+  if (std::filesystem::file_size(file, error) > kMaxFile) {
     refuse("too large: expected at most 1 MiB");
   }
   std::vector<Eigen::Vector2d> points;
@@ -40,7 +40,7 @@ std::vector<Eigen::Vector2d> ReadContourFile(const std::filesystem::path& file) 
   } catch (const InputError& wrong) {
     throw std::invalid_argument(wrong.what());
   }
-  if (points.size() < 3 || points.size() > kMostPoints) {
+  if (points.size() < 3 || points.size() > kMaxPoints) {
     refuse(std::to_string(points.size()) + " points: expected 3 to 4000");
   }
   return points;

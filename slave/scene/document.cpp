@@ -21,13 +21,13 @@
 namespace palpate {
 namespace {
 
-constexpr std::uintmax_t kLargestFile = 1 << 20;  // [bytes]
+constexpr std::uintmax_t kMaxFile = 1 << 20;  // [bytes]
 constexpr int kDeepest = 32;
-constexpr int kMostValues = 100'000;        // aliases count each time they are used
-constexpr std::size_t kMostText = 4 << 20;  // [bytes] of keys and values, aliases spelled out
-constexpr std::size_t kMostMistakes = 50;
-constexpr std::size_t kLongestQuote = 60;
-constexpr std::size_t kLongestText = 2000;  // of what is accepted, which may name files
+constexpr int kMaxValues = 100'000;        // aliases count each time they are used
+constexpr std::size_t kMaxText = 4 << 20;  // [bytes] of keys and values, aliases spelled out
+constexpr std::size_t kMaxMistakes = 50;
+constexpr std::size_t kMaxQuoteLength = 60;
+constexpr std::size_t kMaxTextLength = 2000;  // of what is accepted, which may name files
 constexpr int kAfterTheFile = std::numeric_limits<int>::max();
 
 using Kind = DocumentNode::Kind;
@@ -49,7 +49,7 @@ std::string Quote(const DocumentNode& node) {
   const bool is_map = node.kind == Kind::kMap;
   std::string text(1, is_map ? '{' : '[');
   for (const auto& child : node.children) {
-    if (text.size() > kLongestQuote) break;
+    if (text.size() > kMaxQuoteLength) break;
     if (text.size() > 1) text += ", ";
     if (is_map) text += child.key + ": ";
     text += Quote(child);
@@ -58,7 +58,7 @@ std::string Quote(const DocumentNode& node) {
 }
 
 // At most `most` bytes of whole characters, and dots.
-std::string Shortened(std::string_view text, std::size_t most = kLongestQuote) {
+std::string Shortened(std::string_view text, std::size_t most = kMaxQuoteLength) {
   constexpr int kKindOfByte = 0xc0, kInsideCharacter = 0x80;
   while (most > 0 && most < text.size() && (text[most] & kKindOfByte) == kInsideCharacter) --most;
   std::string shortened(text.substr(0, most));
@@ -77,7 +77,7 @@ class Copier {
 
   // Throws std::length_error: too deep, too many or too long.
   DocumentNode Copy(const YAML::Node& from, int depth = 0) {
-    if (depth > kDeepest || ++values_ > kMostValues) RefuseSize();
+    if (depth > kDeepest || ++values_ > kMaxValues) RefuseSize();
     DocumentNode node;
     node.line = from.Mark().line + 1;
     node.is_override = is_override_;
@@ -103,7 +103,7 @@ class Copier {
  private:
   [[noreturn]] static void RefuseSize() {
     throw std::length_error("at most " + std::to_string(kDeepest) + " levels, " +
-                            std::to_string(kMostValues) +
+                            std::to_string(kMaxValues) +
                             " values and 4 MiB of text, aliases spelled out");
   }
 
@@ -126,7 +126,7 @@ class Copier {
 
   const std::string& Counted(const std::string& text) {
     text_ += text.size();
-    if (text_ > kMostText) RefuseSize();
+    if (text_ > kMaxText) RefuseSize();
     return text;
   }
 
@@ -253,7 +253,7 @@ std::optional<std::string> ReadText(const std::filesystem::path& file, Mistakes*
     }
     return std::nullopt;
   }
-  if (std::filesystem::file_size(file, error) > kLargestFile || error) {
+  if (std::filesystem::file_size(file, error) > kMaxFile || error) {
     mistakes->AddGeneral(0, "too large", "at most 1 MiB");
     return std::nullopt;
   }
@@ -310,9 +310,9 @@ DocumentNode Parse(const std::string& text, Mistakes* mistakes) {
                            "a map of name, object, model, ...");
     }
   } catch (const YAML::Exception& error) {
-    mistakes->AddGeneral(
-        error.mark.line + 1,
-        "not YAML: " + Shortened(error.msg, 2 * kLongestQuote) + HintAt(text, error.mark.line + 1));
+    mistakes->AddGeneral(error.mark.line + 1,
+                         "not YAML: " + Shortened(error.msg, 2 * kMaxQuoteLength) +
+                             HintAt(text, error.mark.line + 1));
   } catch (const std::length_error& error) {
     mistakes->AddGeneral(0, "too deep or too large", error.what());
   }
@@ -375,13 +375,13 @@ const DocumentNode* DocumentNode::Find(std::string_view child_key) const {
 }
 
 bool Mistakes::is_full() const {
-  return mistakes_.size() >= kMostMistakes;
+  return mistakes_.size() >= kMaxMistakes;
 }
 
 void Mistakes::Push(Mistake mistake) {
   ++count_;
   if (is_full()) return;
-  mistake.what.expected = Shortened(mistake.what.expected, kLongestText);
+  mistake.what.expected = Shortened(mistake.what.expected, kMaxTextLength);
   mistakes_.push_back(std::move(mistake));
 }
 
@@ -423,7 +423,7 @@ void Mistakes::AddGeneral(int line, std::string_view what, std::string_view acce
 
 void Mistakes::AddOverride(std::string_view pair, std::string_view accepted) {
   Push({true,
-        {.message = Shortened(pair, 2 * kLongestQuote + 10), .expected = std::string(accepted)}});
+        {.message = Shortened(pair, 2 * kMaxQuoteLength + 10), .expected = std::string(accepted)}});
 }
 
 // In the file's order, overrides last.
@@ -474,7 +474,7 @@ DocumentNode ReadDocument(const std::filesystem::path& file,
 }
 
 DocumentNode ParseDocument(const std::string& text, Mistakes* mistakes) {
-  if (text.size() > kMostText) {
+  if (text.size() > kMaxText) {
     mistakes->AddGeneral(0, "too large", "at most 4 MiB");
     return EmptyMap();
   }

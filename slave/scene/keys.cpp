@@ -53,9 +53,9 @@ Rule RuleOf(Dimension dimension, std::string_view range) {
   }
   const std::size_t to = limits.find(kTo);
   if (to == std::string_view::npos) {
-    if (range == "> 0") return {dimension, kSmallest, kLargest, range};
-    if (range == ">= 0") return {dimension, 0, kLargest, range};
-    if (range == "any") return {dimension, -kLargest, kLargest, "-1e15 to 1e15 SI"};
+    if (range == "> 0") return {dimension, kMinValue, kMaxValue, range};
+    if (range == ">= 0") return {dimension, 0, kMaxValue, range};
+    if (range == "any") return {dimension, -kMaxValue, kMaxValue, "-1e15 to 1e15 SI"};
     return {dimension, 1, 0, range};
   }
   std::string_view most = limits.substr(to + kTo.size());

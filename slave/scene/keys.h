@@ -20,7 +20,7 @@ struct Rule {
 };
 
 // Beyond these no product of two or three of them stays a number; nothing real is near them.
-constexpr double kSmallest = 1e-15, kLargest = 1e15;
+constexpr double kMinValue = 1e-15, kMaxValue = 1e15;
 
 struct SceneKey {
   std::string default_text;      // empty: none, or the reader computes it

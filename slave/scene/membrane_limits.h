@@ -13,7 +13,7 @@ namespace palpate {
 // rest. The texts state what is accepted.
 class MembraneLimits {
  public:
-  static constexpr double kMostBlur = 20;  // of a simulated pair [px]
+  static constexpr double kMaxBlur = 20;  // of a simulated pair [px]
   static constexpr const char* kBlur = "0 to 20 px with a simulated pair";
 
   explicit MembraneLimits(const Scene& scene);
@@ -36,14 +36,14 @@ class MembraneLimits {
   [[nodiscard]] std::string home() const;
 
  private:
-  [[nodiscard]] double most_prestress() const;  // [N/m]
-  [[nodiscard]] double most_press() const;      // [m]
-  [[nodiscard]] double reach() const;           // of the tool's axis from the membrane's [m]
+  [[nodiscard]] double max_prestress() const;  // [N/m]
+  [[nodiscard]] double max_press() const;      // [m]
+  [[nodiscard]] double reach() const;          // of the tool's axis from the membrane's [m]
 
   const Scene& scene_;
   double radius_ = 0, thickness_ = 0;
   bool is_simulated_ = false;
-  double least_width_ = 0, most_width_ = 0;
+  double min_width_ = 0, max_width_ = 0;
   std::string widths_;
 };
 

@@ -15,7 +15,7 @@
 namespace palpate {
 namespace {
 
-constexpr std::size_t kMostPoints = 4000;
+constexpr std::size_t kMaxPoints = 4000;
 
 double ReadThickness(Section& section) {
   return section.Number("thickness");
@@ -29,12 +29,12 @@ Geometry ReadPolygon(Section& geometry) {
   polygon.outline.outer = section.Points("points");
   std::size_t points = polygon.outline.outer.size();
   Section holes = section.OpenList("holes");
-  for (std::size_t i = 0; i < holes.size() && points <= kMostPoints; ++i) {
+  for (std::size_t i = 0; i < holes.size() && points <= kMaxPoints; ++i) {
     polygon.outline.holes.push_back(holes.Points(std::to_string(i)));
     points += polygon.outline.holes.back().size();
   }
   if (section.mistakes()->count() > mistakes_before) return polygon;
-  if (points > kMostPoints) {
+  if (points > kMaxPoints) {
     section.Refuse("points", "at most 4000 points, holes included");
     return polygon;
   }
@@ -76,8 +76,8 @@ Geometry ReadMembrane(Section& geometry) {
   dome.thickness = ReadThickness(membrane);
   dome.air = membrane.Number("air");
   if (membrane.mistakes()->count() > before) return dome;
-  constexpr double kLongest = 10;  // to the shortest
-  if (dome.semi_axes.maxCoeff() > kLongest * dome.semi_axes.minCoeff()) {
+  constexpr double kMaxAxesRatio = 10;  // to the shortest
+  if (dome.semi_axes.maxCoeff() > kMaxAxesRatio * dome.semi_axes.minCoeff()) {
     membrane.Refuse("semi_axes", "three lengths, at most 10 to 1");
   } else if (dome.inflation > 1.5 * dome.semi_axes.z()) {
     membrane.Refuse("inflation", "at most 1.5 times the semi-axis along z");
@@ -96,8 +96,8 @@ BoxGeometry ReadBox(Section& geometry) {
   const Eigen::Vector3d cells = section.Vector3("cells");
   if (cells != cells.array().floor().matrix()) section.Refuse("cells", "three whole numbers");
   for (int i = 0; i < 3; ++i) box.cells[static_cast<std::size_t>(i)] = static_cast<int>(cells[i]);
-  constexpr double kMostTets = 4e6;
-  if (6 * cells.prod() > kMostTets)
+  constexpr double kMaxTets = 4e6;
+  if (6 * cells.prod() > kMaxTets)
     section.Refuse("cells", "cells with at most 4 million tetrahedra");
   return box;
 }
@@ -109,7 +109,7 @@ double ReadUnit(Section& geometry) {
   const std::string text = geometry.Text("unit", accepted, "1 m");
   const auto bare = ParseQuantity("1 " + text, Dimension::kLength);
   const auto unit = bare ? bare : ParseQuantity(text, Dimension::kLength);
-  if (unit && *unit >= kSmallest && *unit <= kLargest) return *unit;
+  if (unit && *unit >= kMinValue && *unit <= kMaxValue) return *unit;
   geometry.Refuse("unit", accepted);
   return 1;
 }
@@ -139,7 +139,7 @@ MeshFileGeometry ReadMeshFile(Section& geometry, const SceneContext& context) {
 }
 
 std::vector<RelaxationTerm> ReadRelaxation(Section& material) {
-  const std::string accepted = "one to " + std::to_string(Material::kMostRelaxationTerms) +
+  const std::string accepted = "one to " + std::to_string(Material::kMaxRelaxationTerms) +
                                " terms {share: ..., time: ...} whose shares add up to less than 1";
   Section list = material.OpenList("relaxation");
   std::vector<RelaxationTerm> terms;
@@ -151,7 +151,7 @@ std::vector<RelaxationTerm> ReadRelaxation(Section& material) {
     left -= terms.back().share;
   }
   if (!list.present() || list.mistakes()->count() > before) return terms;
-  const bool is_usable = terms.size() > 0 && terms.size() <= Material::kMostRelaxationTerms;
+  const bool is_usable = terms.size() > 0 && terms.size() <= Material::kMaxRelaxationTerms;
   if (!is_usable || !(left > 1e-9)) material.Refuse("relaxation", accepted);
   return terms;
 }
@@ -213,7 +213,7 @@ Eigen::AlignedBox3d ReadLayer(Section& region) {
   const std::size_t before = layer.mistakes()->count();
   const double from = layer.Number("from"), to = layer.Number("to");
   if (layer.mistakes()->count() == before && !(from < to)) layer.Refuse("to", "more than `from`");
-  Eigen::Vector3d lower = Eigen::Vector3d::Constant(-kLargest), upper = -lower;
+  Eigen::Vector3d lower = Eigen::Vector3d::Constant(-kMaxValue), upper = -lower;
   lower[axis] = from;
   upper[axis] = to;
   return {lower, upper};

@@ -167,7 +167,7 @@ void ReadEnd(Section& section, const Rule& width, Tool* tool) {
   if (tool->shape == Tool::Shape::kCapsule || is_rectangle) {
     tool->length = section.Number("length");
     tool->axis_O = section.Vector3("axis");
-    if (!(tool->axis_O.norm() > kSmallest)) section.Refuse("axis", "a vector other than [0, 0, 0]");
+    if (!(tool->axis_O.norm() > kMinValue)) section.Refuse("axis", "a vector other than [0, 0, 0]");
     tool->axis_O.stableNormalize();
   } else {
     for (const char* key : {"length", "axis"}) {
@@ -206,7 +206,7 @@ std::optional<Tool> ReadTool(Section& scene, bool is_needed, const Rule& width,
   tool.presses_evenly = section.OneOf<bool>("load", {{"rigid", false}, {"even", true}});
   const Eigen::Vector2d usual = TowardsBox(box, home);
   const Eigen::Vector2d direction = section.Vector2("direction", usual);
-  if (direction.norm() < kSmallest && !usual.isZero(0))
+  if (direction.norm() < kMinValue && !usual.isZero(0))
     section.Refuse("direction", "a direction [x, y] other than [0, 0]");
   tool.direction = direction.stableNormalized();
   return tool;
@@ -263,14 +263,14 @@ SiteOptions ReadSite(Section& scene) {
 }
 
 std::vector<Eigen::Vector3d> ReadStudyContacts(Section& scene) {
-  constexpr std::size_t kMost = 100;
+  constexpr std::size_t kMaxContacts = 100;
   constexpr std::string_view kAccepted = "a list of 1 to 100 points [x, y, z] on the object";
   Section study = scene.Open("study");
   std::vector<Eigen::Vector3d> places;
   if (!study.Has("contacts")) return places;
   Section list = study.OpenList("contacts");
   if (!list.present()) return places;
-  if (list.size() == 0 || list.size() > kMost) study.Refuse("contacts", kAccepted);
+  if (list.size() == 0 || list.size() > kMaxContacts) study.Refuse("contacts", kAccepted);
   for (std::size_t i = 0; i < list.size(); ++i) {
     places.push_back(list.Vector3(std::to_string(i)));
   }

@@ -13,8 +13,8 @@ namespace {
 using Track = PointTracking::Track;
 using Eigen::Vector2d;
 
-constexpr int kFewestDots = 4, kMostDots = 400;  // of a lattice: three would be a line
-constexpr int kMostWindows = 10'000;
+constexpr int kMinDots = 4, kMaxDots = 400;  // of a lattice: three would be a line
+constexpr int kMaxWindows = 10'000;
 constexpr double kRadiusPerSpacing = 0.2;  // of a dot: 2 mm where they are 10 mm apart
 
 const MembraneGeometry* MembraneOf(const Object& object) {
@@ -92,7 +92,7 @@ std::vector<Vector2d> ReadLayout(Section& points, const SceneContext& context,
   try {
     auto places = ReadContourFile(tracking->layout);
     tracking->count = static_cast<int>(places.size());
-    if (places.size() <= kMostDots) return places;
+    if (places.size() <= kMaxDots) return places;
     points.Refuse("layout", "a CSV file of 3 to 400 positions x,y [m]");
   } catch (const std::invalid_argument& mistake) {
     points.Refuse("layout", std::string("a CSV file of positions x,y [m]; ") + mistake.what());
@@ -103,8 +103,8 @@ std::vector<Vector2d> ReadLayout(Section& points, const SceneContext& context,
 // The distance between neighbours; 0 after a mistake.
 double ReadArray(Section& points, const Object& object, PointTracking* tracking) {
   const std::size_t before = points.mistakes()->count();
-  tracking->count = points.IntegerWithin("count", {Dimension::kNumber, kFewestDots, kMostDots, ""},
-                                         tracking->count);
+  tracking->count =
+      points.IntegerWithin("count", {Dimension::kNumber, kMinDots, kMaxDots, ""}, tracking->count);
   tracking->spacing = points.Vector2("spacing", DefaultSpacing(object, tracking->count));
   if (points.mistakes()->count() > before) return 0;
   if (tracking->spacing.maxCoeff() >= 1e3 * tracking->spacing.minCoeff()) {
@@ -154,14 +154,14 @@ void ReadWindows(Section& points, const std::array<int, 2>& size, PointTracking*
   if (tracking->window % 2 == 0) points.Refuse("window", "an odd number of pixels, 9 to 255");
   if (!points.Has("at")) {
     tracking->count =
-        points.IntegerWithin("count", {Dimension::kNumber, 1, kMostWindows, ""}, tracking->count);
+        points.IntegerWithin("count", {Dimension::kNumber, 1, kMaxWindows, ""}, tracking->count);
     return;
   }
   if (points.Has("count")) points.Refuse("count", "nothing with `at`, which lists each window");
   const std::size_t before = points.mistakes()->count();
   tracking->at = points.Points("at");
   tracking->count = static_cast<int>(tracking->at.size());
-  if (tracking->at.empty() || tracking->at.size() > kMostWindows) {
+  if (tracking->at.empty() || tracking->at.size() > kMaxWindows) {
     points.Refuse("at", "1 to 10000 positions [u, v] in the first left image");
   }
   if (size[0] == 0 || size[1] == 0 || points.mistakes()->count() > before) return;

@@ -22,8 +22,8 @@ StereoCameras ReadSimulated(Section& camera, const Object& object) {
   StereoCameras pair;
   camera.OneOf<int>("source", {{"simulated", 0}});
   pair.size = ReadSize(camera, pair.size);
-  constexpr int kLargestPainted = 8192;  // edge [px]
-  if (std::max(pair.size[0], pair.size[1]) > kLargestPainted) {
+  constexpr int kMaxPainted = 8192;  // edge [px]
+  if (std::max(pair.size[0], pair.size[1]) > kMaxPainted) {
     camera.Refuse("size", "[width, height], 16 to 8192 px each with a simulated pair");
   }
   Section section = camera.Open("pair");
@@ -54,7 +54,7 @@ std::array<int, 2> ReadRigHeader(Section& section, const StereoCameras& pair) {
     const auto edge = [&](const char* key) {
       const DocumentNode* node = left->Find(key);
       const auto pixels = node == nullptr ? std::nullopt : ParseInteger(node->text);
-      return pixels && *pixels > 0 && *pixels <= kLargestImage ? static_cast<int>(*pixels) : 0;
+      return pixels && *pixels > 0 && *pixels <= kMaxImage ? static_cast<int>(*pixels) : 0;
     };
     return {edge("image_width"), edge("image_height")};
   }

@@ -10,7 +10,7 @@
 namespace palpate {
 namespace {
 
-constexpr std::size_t kLongestName = 32;
+constexpr std::size_t kMaxNameLength = 32;
 
 void ReadSource(Section& section, const SceneContext& context, Tactile* tactile) {
   constexpr const char* kAccepted = "stream, simulated, or a CSV recording";
@@ -43,12 +43,12 @@ std::filesystem::path ReadNetwork(Section& section, const SceneContext& context)
 int ReadRest(Section& section, int fallback) {
   constexpr std::string_view kFirst = "first ";
   constexpr const char* kAccepted = "`first N`, N from 1 to 10000 samples";
-  constexpr long long kMost = 10'000;
+  constexpr long long kMaxCount = 10'000;
   const std::string text =
       section.Text("rest", kAccepted, std::string(kFirst) + std::to_string(fallback));
   const auto count =
       text.starts_with(kFirst) ? ParseInteger(text.substr(kFirst.size())) : std::nullopt;
-  if (count && *count >= 1 && *count <= kMost) return static_cast<int>(*count);
+  if (count && *count >= 1 && *count <= kMaxCount) return static_cast<int>(*count);
   section.Refuse("rest", kAccepted);
   return fallback;
 }
@@ -67,7 +67,7 @@ void RequireName(const Section& section, std::string_view key, std::string_view 
     return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '_' ||
            c == '-';
   };
-  if (!name.empty() && name.size() <= kLongestName && std::ranges::all_of(name, is_plain)) return;
+  if (!name.empty() && name.size() <= kMaxNameLength && std::ranges::all_of(name, is_plain)) return;
   section.mistakes()->Add(*section.node()->Find(key), section.PathOf(key),
                           "a finger's name of 1 to 32 letters, digits, _ or -");
 }
@@ -135,11 +135,11 @@ void ReadMeasures(Section& section, Tactile* tactile) {
 }
 
 TactileChannels ReadChannels(Section& section, Tactile::Source source) {
-  constexpr std::size_t kLongestUnit = 16;
+  constexpr std::size_t kMaxUnitLength = 16;
   TactileChannels channels;
   channels.count = section.Integer("channels");
   channels.unit = section.Text("unit");
-  if (channels.unit.empty() || channels.unit.size() > kLongestUnit) {
+  if (channels.unit.empty() || channels.unit.size() > kMaxUnitLength) {
     section.Refuse("unit", "the unit of the channels, 1 to 16 characters");
   }
   if (!channels.are_electrodes() && source == Tactile::Source::kSimulated) {

@@ -274,7 +274,7 @@ class CrossCheck {
       const bool is_moved = !IsPresent("manipulator", "home") && IsPresent("site", "misplacement");
       Refuse(is_moved ? "site.misplacement" : "manipulator.home", limits.home());
     }
-    if (scene_.site.blur > MembraneLimits::kMostBlur) Refuse("site.blur", MembraneLimits::kBlur);
+    if (scene_.site.blur > MembraneLimits::kMaxBlur) Refuse("site.blur", MembraneLimits::kBlur);
   }
 
   void CheckContour() {

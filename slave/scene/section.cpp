@@ -30,13 +30,13 @@ std::size_t EditDistance(std::string_view a, std::string_view b) {
 }
 
 std::string NearestOf(const std::vector<std::string>& known, std::string_view key) {
-  constexpr std::size_t kLongestWord = 64;  // beyond it nobody mistyped one of ours
+  constexpr std::size_t kMaxWordLength = 64;  // beyond it nobody mistyped one of ours
   if (known.empty()) return "nothing here";
   std::string all;
   for (const auto& word : known) all.append(all.empty() ? "" : ", ").append(word);
   const auto distance = [&](const std::string& word) { return EditDistance(word, key); };
   const auto nearest =
-      key.size() > kLongestWord ? known.end() : std::ranges::min_element(known, {}, distance);
+      key.size() > kMaxWordLength ? known.end() : std::ranges::min_element(known, {}, distance);
   const bool is_near = nearest != known.end() && distance(*nearest) <= 1 + key.size() / 4;
   return (is_near ? "`" + *nearest + "` (nearest) or another of " : "one of ") + all;
 }

@@ -42,7 +42,7 @@ struct SenseSetting {
 // `sense`. Full use needs a camera with tip and contour, a stereo pair or depth images, or
 // fingertips.
 SenseOptions ReadSense(Section& scene, const SenseSetting& setting);
-constexpr int kLargestImage = 16384;  // edge [px]
+constexpr int kMaxImage = 16384;  // edge [px]
 // `size` below a camera: [width, height] in pixels.
 std::array<int, 2> ReadSize(Section& camera, const std::array<int, 2>& fallback);
 // The images at `key`: a printf pattern, a glob, a directory or a file, in the scene's folder. Full

@@ -16,13 +16,13 @@ namespace palpate {
 
 // Delay-based, like LEDBAT (RFC 6817), but with the operator's round-trip time instead of that of
 // the limited streams. It also detects queues in a relay, and ignores queues that do not delay the
-// operator. The streams together keep at least `kLeast`. Thread-safe.
+// operator. The streams together keep at least `kMinRate`. Thread-safe.
 class BulkPace {
  public:
   static constexpr double kUnbound = std::numeric_limits<double>::infinity();
   // Rate of all streams together [bytes/s]; also the initial rate, so that the base round-trip time
   // is measured.
-  static constexpr double kLeast = 128e3;
+  static constexpr double kMinRate = 128e3;
   static constexpr double kPeriod = 0.05;  // time of a decision, or the round-trip time [s]
 
   // Reports a round-trip time of the operator at `peer` [s].
@@ -74,9 +74,9 @@ class BulkPace {
     const double used = std::exchange(sent_, 0) / std::exchange(since_, 0);
     const bool waits = own_.Waits(std::exchange(shortest_, kUnbound), kMaxQueueing, kMaxVariation);
     if (rate_ == kUnbound) {
-      rate_ = kLeast;
-    } else if (waits && used > kLeast) {
-      rate_ = std::max(kLeast, kLess * std::min(rate_, used));
+      rate_ = kMinRate;
+    } else if (waits && used > kMinRate) {
+      rate_ = std::max(kMinRate, kLess * std::min(rate_, used));
     } else if (!waits && (used > rate_ / 2 || debt_ > 0)) {  // large messages are rare
       rate_ *= kMore;
     }

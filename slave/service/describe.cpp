@@ -5,7 +5,7 @@
 
 #include "shared/program/program.h"
 #include "shared/wire/fields.h"
-#include "slave/scene/words.h"
+#include "slave/scene/scene_text.h"
 #include "slave/service/messages.h"
 
 namespace palpate {

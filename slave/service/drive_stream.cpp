@@ -10,8 +10,8 @@ namespace palpate {
 namespace {
 
 constexpr double kUsualRate = 500, kSlowest = 100, kFastest = 1000;  // of targets [Hz]
-constexpr int kMostReports = 4000;                                   // per second
-constexpr std::size_t kLongestName = 64;                             // [characters]
+constexpr int kMaxReports = 4000;                                    // per second
+constexpr std::size_t kMaxNameLength = 64;                           // [characters]
 
 grpc::Status Refused(const std::string& why) {
   return Error(v1::ERROR_REASON_INVALID_FIELD, why);
@@ -20,7 +20,7 @@ grpc::Status Refused(const std::string& why) {
 }  // namespace
 
 DriveStream::DriveStream(StreamedManipulator* arm)
-    : arm_(arm), driver_(NewStreamId()), pace_(kMostReports) {}
+    : arm_(arm), driver_(NewStreamId()), pace_(kMaxReports) {}
 
 DriveStream::Reactor* DriveStream::Open(StreamedManipulator* arm, DriveStreams* streams) {
   if (arm == nullptr) {
@@ -42,7 +42,7 @@ grpc::Status DriveStream::Take() {
   const Time now = Clock::now();
   if (!pace_.Allows(now)) {
     return Error(v1::ERROR_REASON_TOO_MANY,
-                 "more than " + std::to_string(kMostReports) +
+                 "more than " + std::to_string(kMaxReports) +
                      " reports within a second: expected one per target");
   }
   std::string reason;
@@ -53,7 +53,7 @@ grpc::Status DriveStream::Take() {
     if (!(rate >= kSlowest && rate <= kFastest)) {
       return Refused("rate = " + std::to_string(rate) + ": expected 0, or 100 to 1000");
     }
-    name_ = Presentable(report_.driver_name(), kLongestName);
+    name_ = Presentable(report_.driver_name(), kMaxNameLength);
     rate_ = rate;
   }
   if (const auto refusal = arm_->Take(driver_, name_, *reading, now)) {

@@ -7,7 +7,7 @@ namespace {
 
 using Reactor = grpc::ServerReadReactor<v1::TactileSample>;
 
-constexpr std::size_t kLongestName = 40;  // [bytes]; no finger of a scene has a longer one
+constexpr std::size_t kMaxNameLength = 40;  // [bytes]; no finger of a scene has a longer one
 
 }  // namespace
 
@@ -33,7 +33,7 @@ Reactor* FeedStream::Open(TactileInbox* inbox, FeedStreams* streams, v1::FeedTac
 std::string FeedStream::Feed() {
   std::string reason;
   const auto sample = FromProto(sample_, &reason);
-  const std::string name = sample_.finger().substr(0, kLongestName);
+  const std::string name = sample_.finger().substr(0, kMaxNameLength);
   if (!sample) return "finger " + name + ": " + reason;
   const auto refusal = inbox_->Feed(sample_.finger(), sample_.sequence(), sample->sensed_at,
                                     sample->reading, Clock::now(), sender_, sample_.unit());

@@ -11,8 +11,8 @@
 namespace palpate {
 namespace {
 
-constexpr std::chrono::milliseconds kPatience(50);  // of a wait, until a look whether to end
-constexpr int kQuality = 80;                        // of images, the default of WatchImages
+constexpr std::chrono::milliseconds kPollPeriod(50);  // of a wait, until a look whether to end
+constexpr int kQuality = 80;                          // of images, the default of WatchImages
 
 }  // namespace
 
@@ -40,10 +40,10 @@ void NatsFeed::Run(const std::stop_token& stop) {
   const auto box = publisher_.Subscribe();
   while (!stop.stop_requested() && !box->closed()) {
     if (!connection_.Confirm()) {
-      box->PauseUntil(Clock::now() + kPatience);
+      box->PauseUntil(Clock::now() + kPollPeriod);
       continue;
     }
-    const auto state = box->WaitNewest(kPatience);
+    const auto state = box->WaitNewest(kPollPeriod);
     if (!state) continue;
     const Time now = Clock::now();
     const auto published = Guarded([&] { Publish(*state, now); });

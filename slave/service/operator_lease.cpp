@@ -55,7 +55,7 @@ bool OperatorLease::Command(Ticket ticket, const v1::OperatorCommand& message) {
   const std::scoped_lock lock(mutex_);
   if (ticket != holder_.ticket) return true;
   if (message.stop()) StopTool();
-  if (holder_.name.empty()) holder_.name = Presentable(message.operator_name(), kLongestName);
+  if (holder_.name.empty()) holder_.name = Presentable(message.operator_name(), kMaxNameLength);
   std::string reason;
   const auto command = FromProto(message, &reason);
   if (!command) {

@@ -25,7 +25,7 @@ namespace palpate {
 class OperatorLease {
  public:
   static constexpr std::chrono::seconds kSilence{5}, kIdleSilence{1};
-  static constexpr std::size_t kLongestName = 64;  // [characters]
+  static constexpr std::size_t kMaxNameLength = 64;  // [characters]
 
   using Ticket = std::uint64_t;
   struct Refusal {

@@ -5,9 +5,9 @@
 namespace palpate {
 namespace {
 
-constexpr std::chrono::milliseconds kPatience(static_cast<int>(1000 / Publisher::kStateRate));
+constexpr std::chrono::milliseconds kPollPeriod(static_cast<int>(1000 / Publisher::kStateRate));
 // At most 1000 states per second, for every sensor.
-constexpr std::chrono::microseconds kShortestGap(1000);
+constexpr std::chrono::microseconds kMinGap(1000);
 
 // An observer's place in the publisher's list.
 class Observer final : public StateReader {
@@ -68,8 +68,8 @@ void Publisher::Stop() {
 void Publisher::Run(const std::stop_token& stop) {
   MakeThreadRealtime(kReadingPriority);
   while (!stop.stop_requested()) {
-    const bool sensed = slave_.WaitForNewer(sensed_at_, kPatience);
-    const Time due = Clock::now() + kShortestGap;
+    const bool sensed = slave_.WaitForNewer(sensed_at_, kPollPeriod);
+    const Time due = Clock::now() + kMinGap;
     const bool is_read = Publish(Clock::now());
     if (!is_read) AwaitReaders(stop);
     if (sensed && is_read) std::this_thread::sleep_until(Clock::ToSteady(due));

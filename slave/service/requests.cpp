@@ -14,7 +14,7 @@ constexpr double kTraceRate = 10;                                // [Hz]
 constexpr double kMaxStateRate = 1000;                           // [Hz]
 constexpr double kMaxForceLimit = 100;                           // [N]
 constexpr double kMinYoungModulus = 1, kMaxYoungModulus = 1e13;  // [Pa]
-constexpr std::size_t kLongestWord = 40;  // [characters]; no accepted one is longer
+constexpr std::size_t kMaxWordLength = 40;  // [characters]; no accepted one is longer
 constexpr unsigned kQuality = 80, kMinQuality = 10, kMaxQuality = 100;
 
 [[noreturn]] void Refuse(const char* field, const std::string& value, const std::string& accepted) {
@@ -30,9 +30,9 @@ Clock::duration Gap(double rate, double rate_for_zero, double max_rate) {
 }
 
 double Scale(const char* field, double value, double max) {
-  if (value >= kLeastSetting && value <= max) return value;
+  if (value >= kMinSetting && value <= max) return value;
   Refuse(field, Formatted("%g", value),
-         Formatted("%g", kLeastSetting) + " to " + Formatted("%g", max));
+         Formatted("%g", kMinSetting) + " to " + Formatted("%g", max));
 }
 
 }  // namespace
@@ -82,7 +82,7 @@ ParameterChange ToChange(const v1::SetParametersRequest& request) {
 }
 
 ModelChange ToChange(const v1::SetModelRequest& request) {
-  return {.kind = Presentable(request.kind(), kLongestWord)};
+  return {.kind = Presentable(request.kind(), kMaxWordLength)};
 }
 
 }  // namespace palpate

@@ -16,7 +16,7 @@ namespace {
 
 constexpr std::string_view kScheme = "palpate://";
 constexpr std::string_view kOurs = "/palpate.v1.Teleoperation/";
-constexpr std::size_t kLongestName = 64;  // [characters]
+constexpr std::size_t kMaxNameLength = 64;  // [characters]
 
 constexpr unsigned kOperator = 1, kObserver = 2, kSensor = 4, kArm = 8, kAdmin = 16;
 constexpr unsigned kWatches = kOperator | kObserver | kAdmin;
@@ -76,7 +76,7 @@ class Processor final : public grpc::AuthMetadataProcessor {
     const std::string path =
         found == metadata.end() ? "" : std::string(found->second.data(), found->second.size());
     const Identity who = IdentityOf(*context);
-    const std::string method = Presentable(path, kLongestName);
+    const std::string method = Presentable(path, kMaxNameLength);
     const auto expiry = ExpiryOf(*context);
     if (!expiry || std::chrono::system_clock::now() >= *expiry) {
       spdlog::warn("audit: {} {} was rejected: no valid certificate", who.role, who.name);
@@ -101,7 +101,7 @@ Identity ParseIdentity(std::string_view alternative_name) {
   const auto slash = alternative_name.find('/');
   if (slash == std::string_view::npos) return {};
   const std::string_view role = alternative_name.substr(0, slash);
-  std::string name = Presentable(alternative_name.substr(slash + 1), kLongestName);
+  std::string name = Presentable(alternative_name.substr(slash + 1), kMaxNameLength);
   if (RoleOf(role) == 0 || name.empty()) return {};
   return {std::string(role), std::move(name)};
 }
@@ -122,7 +122,7 @@ std::optional<std::string> OperatorNameOf(const grpc::ServerContextBase& context
   }
   const auto found = context.client_metadata().find(kOperatorMetadata);
   if (found == context.client_metadata().end()) return std::nullopt;
-  return Presentable({found->second.data(), found->second.size()}, kLongestName);
+  return Presentable({found->second.data(), found->second.size()}, kMaxNameLength);
 }
 
 std::string ClientOf(const grpc::ServerContextBase& context) {

@@ -55,16 +55,16 @@ void ToProto(const Eigen::Vector2d& p_I, v1::ImagePoint* message) {
 }
 
 BoardImages ToBoard(const v1::FindBoardRequest& request) {
-  constexpr std::uint32_t kFewest = 3, kMost = 100;
-  constexpr double kLargest = 1;  // [m]
-  const auto is_count = [](std::uint32_t n) { return n >= kFewest && n <= kMost; };
+  constexpr std::uint32_t kMinCorners = 3, kMaxCorners = 100;
+  constexpr double kMaxSquare = 1;  // [m]
+  const auto is_count = [](std::uint32_t n) { return n >= kMinCorners && n <= kMaxCorners; };
   if (!is_count(request.columns()) || !is_count(request.rows())) {
     throw std::invalid_argument("columns, rows = " + std::to_string(request.columns()) + ", " +
                                 std::to_string(request.rows()) + ": expected 3 to 100 each");
   }
-  if (!(request.square() >= 1e-6 && request.square() <= kLargest)) {
+  if (!(request.square() >= 1e-6 && request.square() <= kMaxSquare)) {
     throw std::invalid_argument(
-        Formatted("square = %g m: expected 1e-6 to %g", request.square(), kLargest));
+        Formatted("square = %g m: expected 1e-6 to %g", request.square(), kMaxSquare));
   }
   return {{request.images().begin(), request.images().end()},
           static_cast<int>(request.columns()),

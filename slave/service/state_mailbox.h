@@ -32,11 +32,11 @@ class StateMailbox {
     const std::scoped_lock lock(mutex_);
     return std::exchange(slot_, std::nullopt);
   }
-  // Like TakeNewest, but waits. nullopt: none within `patience`, or closed.
-  std::optional<SlaveState> WaitNewest(std::chrono::milliseconds patience) {
+  // As TakeNewest, but waits. nullopt: none came within `timeout`, or the box is closed.
+  std::optional<SlaveState> WaitNewest(std::chrono::milliseconds timeout) {
     std::unique_lock lock(mutex_);
     is_awaited_ = true;
-    changed_.wait_until(lock, std::chrono::steady_clock::now() + patience,
+    changed_.wait_until(lock, std::chrono::steady_clock::now() + timeout,
                         [this] { return slot_ || closed_; });
     is_awaited_ = false;
     return closed_ ? std::nullopt : std::exchange(slot_, std::nullopt);

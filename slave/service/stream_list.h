@@ -59,7 +59,7 @@ class RefusedStreams {
   void Add(const std::string& call, const std::string& client, const std::string& why) {
     const std::scoped_lock lock(mutex_);
     newest_.emplace_front(call + " of " + client + " was refused: " + why, Clock::now());
-    if (newest_.size() > kMost) newest_.pop_back();
+    if (newest_.size() > kMaxKept) newest_.pop_back();
   }
   void FillStatus(v1::Status* status) const {
     const std::scoped_lock lock(mutex_);
@@ -69,7 +69,7 @@ class RefusedStreams {
   }
 
  private:
-  static constexpr std::size_t kMost = 16;
+  static constexpr std::size_t kMaxKept = 16;
   static constexpr double kReported = 60;  // [s]
 
   mutable PriorityInheritanceMutex mutex_;  // guards the member below

@@ -11,7 +11,7 @@ namespace {
 
 // Tactile samples need 80 kB/s; 4000 reports have 128 bytes each. [bytes/s]
 constexpr double kSampleRate = 256e3, kReportRate = 512e3;
-constexpr std::size_t kLongestReason = 200;  // [characters]; what is longer is cut, never refused
+constexpr std::size_t kMaxReasonLength = 200;  // [characters]; what is longer is cut, never refused
 
 // Answers with the result of `work`.
 template <class Work>
@@ -111,7 +111,7 @@ grpc::ServerUnaryReactor* TeleoperationService::EvictOperator(
     grpc::CallbackServerContext* context, const v1::EvictOperatorRequest* request,
     v1::Status* reply) {
   return Answer(context, [&] {
-    lease_.Evict(Presentable(request->reason(), kLongestReason));
+    lease_.Evict(Presentable(request->reason(), kMaxReasonLength));
     FillStatus(reply);
   });
 }
@@ -121,7 +121,7 @@ grpc::ServerUnaryReactor* TeleoperationService::Stop(grpc::CallbackServerContext
                                                      v1::Status* reply) {
   slave_.StopTool();
   return AnswerApart(context, [this, request, reply] {
-    slave_.RecordStop(Presentable(request->reason(), kLongestReason));
+    slave_.RecordStop(Presentable(request->reason(), kMaxReasonLength));
     FillStatus(reply);
   });
 }

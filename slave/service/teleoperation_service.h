@@ -46,7 +46,7 @@ class TeleoperationService final : public CalledBack<v1::Teleoperation::Service>
  public:
   // Streams of the Watch calls that may be open, and beyond them the operator's.
   static constexpr int kSeats = 64, kOperatorSeats = 8;
-  static constexpr std::size_t kMostEncoded = 8;  // encoded images that are kept for watchers
+  static constexpr std::size_t kMaxEncoded = 8;  // encoded images that are kept for watchers
   // `slave` and `publisher` outlive the service.
   TeleoperationService(Slave& slave, Publisher& publisher, OperateStream::OnStream on_stream)
       : slave_(slave), publisher_(publisher), on_stream_(std::move(on_stream)) {}

@@ -60,7 +60,7 @@ bool CaseSolver::Solve(const Case& one, std::vector<SolveRow>* rows, Solution* s
     SolveRow& row = (*rows)[one[k]];
     row.response = solution->responses()[k];
     row.solve_us = solve_us;
-    Judge(&row);
+    SetValidity(&row);
   }
   return solved;
 }
@@ -75,12 +75,12 @@ void CaseSolver::TakeTool(const Tool& tool) {
   domain_->width.emplace(*outline, pressed);
 }
 
-void CaseSolver::Judge(SolveRow* row) {
+void CaseSolver::SetValidity(SolveRow* row) {
   TakeTool(row->tool);
-  domain_->where.Judge(row->contact, &row->response);
+  domain_->where.FlagOutside(row->contact, &row->response);
   if (row->response.validity != Validity::kValid || IsFineUnder(*row)) return;
   row->response.validity = Validity::kExtrapolated;
-  row->response.doubt = kWholeElements;
+  row->response.flag_reason = kWholeElements;
 }
 
 bool CaseSolver::IsFineUnder(const SolveRow& row) {

@@ -44,7 +44,7 @@ class CaseSolver {
   };
   void TakeTool(const Tool& tool);
   // Sets the row's validity. It queries the model for two more contacts in the plane.
-  void Judge(SolveRow* row);
+  void SetValidity(SolveRow* row);
   // Returns whether the force of whole elements is within the tolerance of the tool's. A slave with
   // one camera corrects this error (tool_width.h); `solve` does not.
   [[nodiscard]] bool IsFineUnder(const SolveRow& row);

@@ -9,7 +9,7 @@
 #include "shared/text/plausible.h"
 #include "slave/mechanics/object_mesh.h"
 #include "slave/mesh/mesh_check.h"
-#include "slave/scene/words.h"
+#include "slave/scene/scene_text.h"
 
 namespace palpate {
 namespace {

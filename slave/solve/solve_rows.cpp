@@ -207,17 +207,17 @@ std::vector<std::string> FlagRemarks(const std::vector<SolveRow>& rows) {
   std::map<std::string_view, FlagCount> doubts;
   for (std::size_t i = 0; i < rows.size(); ++i) {
     if (rows[i].response.validity != Validity::kExtrapolated) continue;
-    FlagCount& doubt = doubts[ReasonOf(rows[i])];
-    if (doubt.count++ == 0) doubt.first = i;
+    FlagCount& flag_reason = doubts[ReasonOf(rows[i])];
+    if (flag_reason.count++ == 0) flag_reason.first = i;
   }
   std::vector<std::string> remarks;
-  for (const auto& [why, doubt] : doubts) {
-    const SolveRow& row = rows[doubt.first];
+  for (const auto& [why, flag_reason] : doubts) {
+    const SolveRow& row = rows[flag_reason.first];
     const Eigen::Vector3d& p = row.contact.p_O;
     remarks.push_back(Formatted(
         "%zu of %zu rows are extrapolated, first row %zu (case %s at %.6g, %.6g, %.6g): %.*s",
-        doubt.count, rows.size(), doubt.first + 1, row.case_name.c_str(), p.x(), p.y(), p.z(),
-        static_cast<int>(why.size()), why.data()));
+        flag_reason.count, rows.size(), flag_reason.first + 1, row.case_name.c_str(), p.x(), p.y(),
+        p.z(), static_cast<int>(why.size()), why.data()));
   }
   return remarks;
 }

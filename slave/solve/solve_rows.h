@@ -87,7 +87,7 @@ void RequireAlone(const std::vector<SolveRow>& rows);
 
 // The reason of a row that is extrapolated, one clause.
 inline std::string_view ReasonOf(const SolveRow& row) {
-  return row.response.doubt.empty() ? kBeyondRange : row.response.doubt;
+  return row.response.flag_reason.empty() ? kBeyondRange : row.response.flag_reason;
 }
 // The estimated error of the force [N], of a load's displacement [m]; 0: not estimated.
 inline double ErrorOf(const ContactResponse& response) {

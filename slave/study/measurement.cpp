@@ -203,7 +203,7 @@ class Trial {
   study::Answer Move(const Press& press, double depth, double width) {
     const ContactResponse response = Respond(Moved(press, press.p_O, width, depth));
     if (!IsForceKnown(response.validity)) return {};
-    return {press.inward_O.dot(response.force_O), response.validity, response.doubt,
+    return {press.inward_O.dot(response.force_O), response.validity, response.flag_reason,
             response.takes_width};
   }
 
@@ -220,18 +220,18 @@ class Trial {
     model_.Respond(contacts, responses);
     double displacement = 0;
     Validity validity = points.empty() ? Validity::kFailed : Validity::kValid;
-    std::string_view doubt;
+    std::string_view flag_reason;
     if (IsCoarseUnder(press, width)) {
       validity = Worse(validity, Validity::kExtrapolated);
-      doubt = kCoarsePatch;
+      flag_reason = kCoarsePatch;
     }
     for (std::size_t i = 0; i < points.size(); ++i) {
       if (!IsForceKnown(responses[i].validity)) return {};
       displacement += points[i].share * press.inward_O.dot(responses[i].displacement_O);
       validity = Worse(validity, responses[i].validity);
-      if (doubt.empty()) doubt = responses[i].doubt;
+      if (flag_reason.empty()) flag_reason = responses[i].flag_reason;
     }
-    return {force * depth / displacement, validity, doubt, false};
+    return {force * depth / displacement, validity, flag_reason, false};
   }
 
   // The load's area is the tool's own on every mesh; its rim is as blurred as the mesh is coarse.
@@ -316,7 +316,7 @@ void Try(const Candidate& candidate, const PressSpec& question, const ModelFacto
     const Answer& full = row->answers.back().full;
     row->validity = Worse(row->validity, full.validity);
     row->beyond += full.validity == Validity::kValid ? 0 : 1;
-    if (!full.doubt.empty()) row->reason = full.doubt;
+    if (!full.flag_reason.empty()) row->reason = full.flag_reason;
     if (IsAnswer(row->answers.back().small)) continue;
     row->outcome = Outcome::kFailed;
     const std::string_view why = trial.model().failure();

@@ -82,14 +82,14 @@ void RefineSupports(SolidMesh* mesh, Scene* scene) {
   *mesh = std::move(fine);
 }
 
-std::vector<Division> FileDivisions(const Scene& scene, std::size_t most_dof) {
+std::vector<Division> FileDivisions(const Scene& scene, std::size_t max_dof) {
   std::vector<Division> divisions;
   const auto solid = std::get<SolidMesh>(MeshObject(scene, std::nullopt));
   SolidMesh refined = solid;
   Scene supported = scene;
   for (int r = 0; r <= 2; ++r) {
     if (r > 0 && HoldsByNumber(scene)) {
-      if (24 * refined.nodes.size() > most_dof) break;
+      if (24 * refined.nodes.size() > max_dof) break;
       RefineSupports(&refined, &supported);
     }
     Division d;
@@ -108,10 +108,10 @@ std::vector<Division> FileDivisions(const Scene& scene, std::size_t most_dof) {
 
 }  // namespace
 
-std::vector<Division> DivisionsOf(const Scene& scene, std::size_t most_dof) {
+std::vector<Division> DivisionsOf(const Scene& scene, std::size_t max_dof) {
   const auto* box = std::get_if<BoxGeometry>(&scene.object.geometry);
   const bool by_cells = box != nullptr && !HoldsByNumber(scene);
-  return by_cells ? BoxDivisions(scene, *box) : FileDivisions(scene, most_dof);
+  return by_cells ? BoxDivisions(scene, *box) : FileDivisions(scene, max_dof);
 }
 
 bool HoldsByNumber(const Scene& scene) {

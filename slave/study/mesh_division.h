@@ -20,8 +20,8 @@ struct Division {
 };
 
 // Coarser and finer cells of a box, refinements of other volumes (and of a box that is fixed by
-// node numbers), the latter with fewer than about `most_dof` unknowns.
-std::vector<Division> DivisionsOf(const Scene& scene, std::size_t most_dof);
+// node numbers), the latter with fewer than about `max_dof` unknowns.
+std::vector<Division> DivisionsOf(const Scene& scene, std::size_t max_dof);
 
 // Returns whether nodes or elements are fixed by number, which depends on the division.
 bool HoldsByNumber(const Scene& scene);

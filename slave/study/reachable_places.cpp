@@ -18,7 +18,7 @@ namespace {
 using Eigen::Vector2d;
 using Eigen::Vector3d;
 
-constexpr double kBeside = 2;      // of the tool's width, must be free
+constexpr double kFreeWidth = 2;   // of the tool's width, must be free
 constexpr double kStraight = 0.9;  // cosine between normals under it
 constexpr double kWithin = 0.6;    // of a membrane's radius
 
@@ -45,7 +45,8 @@ std::vector<Vector3d> OnOutline(const Scene& scene, double width,
       return !held[Index(k)][0] && !held[Index(k)][1] &&
              mesh.elements[Index(k)].normal().dot(middle.normal()) > kStraight;
     };
-    if (!std::ranges::all_of(PatchElements(mesh, i, middle.midpoint(), kBeside * width), carries))
+    if (!std::ranges::all_of(PatchElements(mesh, i, middle.midpoint(), kFreeWidth * width),
+                             carries))
       continue;
     const Vector2d p = middle.midpoint();
     middles.emplace_back(p.x(), p.y(), 0);
@@ -100,7 +101,7 @@ std::vector<Vector3d> OnSkin(const Scene& scene, double width, const std::vector
   const auto near_held = [&](const Vector3d& p_O) {
     for (std::size_t i = 0; i < held.size(); ++i) {
       const bool holds = held[i][0] || held[i][1] || held[i][2];
-      if (holds && (skin.nodes[i] - p_O).norm() < 0.5 * kBeside * width) return true;
+      if (holds && (skin.nodes[i] - p_O).norm() < 0.5 * kFreeWidth * width) return true;
     }
     return false;
   };

@@ -116,7 +116,7 @@ class Allowance final : public Progress {
         outer_(outer) {}
 
   void Expect(const PrecomputeCost& cost) override {
-    if (cost.memory_bytes > settings_.most_memory) {
+    if (cost.memory_bytes > settings_.max_memory) {
       refusal_ =
           Formatted("needs %.2g GB of memory", 1e-9 * static_cast<double>(cost.memory_bytes));
     } else if (cost.seconds > left_ || factory_.now() + cost.seconds > deadline_) {

@@ -32,8 +32,8 @@ struct StudySettings {
   // The budget is of expected seconds, which do not depend on the machine and its load: the same
   // candidates run everywhere.
   bool counted = false;
-  double timing_s = 0.15;                          // of repeated updates, per candidate [s]
-  std::size_t most_memory = std::size_t{3} << 30;  // memory limit of one precompute [bytes]
+  double timing_s = 0.15;                         // of repeated updates, per candidate [s]
+  std::size_t max_memory = std::size_t{3} << 30;  // memory limit of one precompute [bytes]
   CandidateLimits limits = {};
   std::vector<Eigen::Vector3d> places = {};  // instead of the scene's own contact, see AskedOf
   bool compares = true;                      // false: times alone, without errors

@@ -25,8 +25,8 @@ struct Estimate {
 struct Answer {
   double value = kUnknown;
   Validity validity = Validity::kFailed;
-  std::string_view doubt;    // why it is extrapolated; may be empty
-  bool takes_width = false;  // see ContactResponse
+  std::string_view flag_reason;  // why it is extrapolated; may be empty
+  bool takes_width = false;      // see ContactResponse
 };
 
 struct PressAnswers {

@@ -52,7 +52,7 @@ Around TetsAround(const SolidMesh& mesh) {
   return around;
 }
 
-Edge LongestOf(const SolidMesh& mesh, std::size_t tet) {
+Edge MaxTimeOf(const SolidMesh& mesh, std::size_t tet) {
   Edge longest{};
   double length = 0;
   for (std::size_t e = 0; e < kEdges.size(); ++e) {
@@ -86,7 +86,7 @@ void Refine(const std::function<double(const Vector3d&)>& allowed, SolidMesh* me
     for (const auto& [edge, tets] : around) {
       if (Length(*mesh, edge) <= allowed(Middle(*mesh, edge))) continue;
       for (const std::size_t t : tets) {
-        const Edge longest = LongestOf(*mesh, t);
+        const Edge longest = MaxTimeOf(*mesh, t);
         chosen.emplace(-Length(*mesh, longest), longest);
       }
     }

@@ -14,7 +14,7 @@ constexpr double kBeginShare = 0.5, kEndShare = 0.25;
 constexpr double kRises = 3;       // 0.02 N [counts]
 constexpr double kRestSigmas = 2;  // that the pressure's rest value may be off, besides
 // Largest change of a channel while the baseline is measured: more is not noise [noise at rest].
-constexpr double kStill = 20;
+constexpr double kConstantSamples = 20;
 // Largest force of a baseline: times that of the training's baselines, and sigmas besides [-].
 constexpr double kSameRest = 2, kBaselineSigmas = 3;
 // Samples that may be missing, unflagged. [-] [tuned: AFewMissingSamplesAreMadeUpFor]
@@ -38,7 +38,7 @@ int Samples(double seconds, double rate) {
 }
 
 // 0: channels may stay the same.
-int PatienceOf(const NetworkInfo& network, double rate) {
+int MaxConstantSamples(const NetworkInfo& network, double rate) {
   return network.longest_constant > 0 ? std::max(2, Samples(network.longest_constant, rate)) : 0;
 }
 
@@ -52,11 +52,11 @@ Fingertip::Fingertip(const Tactile& tactile, const ForceNetwork* network,
                 {.channels = static_cast<std::size_t>(tactile.channels.count),
                  .noise = this->network().noise,
                  .has_pressure = tactile.channels.are_electrodes()}),
-      stuck_(PatienceOf(this->network(), tactile.rate), tactile.channels.count,
+      stuck_(MaxConstantSamples(this->network(), tactile.rate), tactile.channels.count,
              tactile.channels.are_electrodes()),
       channels_(static_cast<std::size_t>(tactile.channels.count)),
-      miss_patience_(Samples(kMissing, tactile.rate)),
-      release_patience_(Samples(kRelease, tactile.rate)),
+      max_missed_(Samples(kMissing, tactile.rate)),
+      release_samples_(Samples(kRelease, tactile.rate)),
       kept_(KeptSamples(tactile, network)) {
   if (this->network().pattern.known()) model_.emplace(this->network().pattern, tactile.rate);
   if (this->network().channel_pattern) channel_signals_.emplace(this->network().channel_pattern);
@@ -84,7 +84,7 @@ const FingerTouch& Fingertip::Estimate(const FingerReading& reading, bool after_
     return touch_;
   }
   const int missed = std::exchange(missed_, 0);
-  const bool looks_back = !after_gap && missed < miss_patience_;
+  const bool looks_back = !after_gap && missed < max_missed_;
   if (!looks_back) ForgetWindow();
   if (reading.channels.size() != channels_ || !IsFinite(reading)) {
     ForgetWindow();
@@ -130,7 +130,7 @@ bool Fingertip::UpdateBaseline(const FingerReading& reading, bool is_clear) noex
 void Fingertip::ExamineBaseline() noexcept {
   const NetworkInfo& network = this->network();
   if (network.channels.are_electrodes()) return;
-  if (baseline_.spread() > kStill * network.noise) {
+  if (baseline_.spread() > kConstantSamples * network.noise) {
     baseline_fault_ =
         "a channel moved while the baseline was measured: something touched the sensor, or shook "
         "it";
@@ -198,8 +198,8 @@ TactileSignals Fingertip::Correct(const TactileSignals& change, FingerReading* r
 }
 
 void Fingertip::Miss() noexcept {
-  if (missed_ < miss_patience_) ++missed_;
-  if (missed_ >= miss_patience_) {
+  if (missed_ < max_missed_) ++missed_;
+  if (missed_ >= max_missed_) {
     Lose(FailedCheck::kFingerMissing, "no samples from the fingertip");
   } else if (touch_.force_F && missed_ <= kBelieved) {
     Widen(missed_ * force_.pace());
@@ -260,7 +260,7 @@ void Fingertip::DecideTouch(const TouchPlace& place) noexcept {
   if (is_contact) {
     quiet_ = 0;
     touch_.touching = true;
-  } else if (touch_.touching && ++quiet_ >= release_patience_) {
+  } else if (touch_.touching && ++quiet_ >= release_samples_) {
     touch_.touching = false;
   }
   if (place.usable() || !touch_.touching) touch_.place = place;

@@ -111,8 +111,8 @@ class Fingertip {
   std::optional<ChannelSignals> channel_signals_;  // for such networks without electrodes
   std::string_view baseline_fault_;
   std::size_t channels_;
-  int miss_patience_;                // samples
-  int release_patience_;             // samples
+  int max_missed_;                   // samples
+  int release_samples_;              // samples
   std::vector<FingerReading> kept_;  // ring of readings whose baseline is not known yet
   std::size_t kept_count_ = 0, kept_next_ = 0;
   int missed_ = 0, quiet_ = 0;

@@ -14,20 +14,20 @@ namespace palpate {
 // Counts of single electrodes show more than the RepeatDetector of images could.
 class StuckElectrodes {
  public:
-  // `patience`: samples; 0: channels may stay the same. `are_electrodes`: otherwise how often a
+  // `max_constant`: samples; 0: channels may stay the same. `are_electrodes`: otherwise how often a
   // channel repeats itself is learnt at rest.
-  StuckElectrodes(int patience, int channels, bool are_electrodes = true)
-      : patience_(patience),
+  StuckElectrodes(int max_constant, int channels, bool are_electrodes = true)
+      : max_constant_(max_constant),
         channels_(static_cast<std::size_t>(channels)),
         are_electrodes_(are_electrodes) {}
 
-  // `is_rest`: of the baseline.
+  // `is_rest`: the sample belongs to the baseline.
   void Take(const FingerReading& reading, bool is_rest = false) noexcept {
     int moved = 0;  // electrodes
     for (std::size_t i = 0; i < channels_; ++i) {
       const bool is_same = same_[i] > 0 && reading.channels[i] == last_[i];
       moved += is_same ? 0 : 1;
-      same_[i] = is_same ? std::min(same_[i] + 1, std::max(patience_, 2)) : 1;
+      same_[i] = is_same ? std::min(same_[i] + 1, std::max(max_constant_, 2)) : 1;
       rest_repeats_[i] += is_rest && is_same ? 1 : 0;
     }
     if (is_rest) LearnRest();
@@ -36,10 +36,10 @@ class StuckElectrodes {
     moved_ += moved;
     last_ = reading.channels;
   }
-  // A sensor that had noise before goes on having it.
+  // Restarts. A sensor that had noise before is expected to have it again.
   void Reset() noexcept {
     const double known = std::min(known_share_, share_);
-    *this = StuckElectrodes(patience_, static_cast<int>(channels_), are_electrodes_);
+    *this = StuckElectrodes(max_constant_, static_cast<int>(channels_), are_electrodes_);
     known_share_ = known;
   }
   // The sample repeats the last one, from a fingertip whose noise hardly ever leaves all electrodes
@@ -60,16 +60,16 @@ class StuckElectrodes {
   }
   // Electrodes that have read the same for 300 ms: the values expected from the others are better,
   // whether these electrodes work or not.
-  [[nodiscard]] Electrodes which() const noexcept { return SameFor(patience_ * 3 / 10); }
+  [[nodiscard]] Electrodes which() const noexcept { return SameFor(max_constant_ * 3 / 10); }
   // Electrodes that have read the same for 50 ms, which happens; if their deviation is also large,
   // they are wrong.
-  [[nodiscard]] Electrodes still() const noexcept { return SameFor(patience_ / kStill); }
-  // All have.
+  [[nodiscard]] Electrodes still() const noexcept { return SameFor(max_constant_ / kStill); }
+  // Returns whether all electrodes have read the same for `max_constant` samples.
   [[nodiscard]] bool are_all() const noexcept { return count() == static_cast<int>(channels_); }
-  // How many have read the same for as long as the patience lasts.
+  // Returns the number of electrodes that have read the same for `max_constant` samples.
   [[nodiscard]] int count() const noexcept {
-    if (patience_ == 0) return 0;
-    return static_cast<int>(std::count(same_.begin(), same_.begin() + channels_, patience_));
+    if (max_constant_ == 0) return 0;
+    return static_cast<int>(std::count(same_.begin(), same_.begin() + channels_, max_constant_));
   }
 
  private:
@@ -79,7 +79,7 @@ class StuckElectrodes {
   void LearnRest() noexcept {
     ++rest_;
     const int least = *std::min_element(rest_repeats_.begin(), rest_repeats_.begin() + channels_);
-    share_ = (least + 1.0) / (rest_ + 1.0);  // at most, of so few samples
+    share_ = (least + 1.0) / (rest_ + 1.0);  // an upper bound, because the samples are few
   }
   [[nodiscard]] Electrodes SameFor(int samples) const noexcept {
     Electrodes same_for{};
@@ -88,24 +88,24 @@ class StuckElectrodes {
     return same_for;
   }
 
-  static constexpr int kRepeats = 4;  // of a sample
+  static constexpr int kRepeats = 4;  // repetitions that make a sample frozen
   static constexpr int kMaxRepeats = 1000;
   static constexpr double kHardlyEver = 0.05;  // share of repetitions that are taken for missing
   static constexpr double kCoarse = 0.2;       // from here on the noise is below the resolution
   static constexpr double kNever = 1e-9;       // probability of a frozen sample by noise
   static constexpr int kKnown = 20;            // number of changes before the noise is estimated
   static constexpr int kMoved = 6;             // of 19 channels per change, in the mean
-  static constexpr int kStill = 20;            // parts of the patience
+  static constexpr int kStill = 20;            // part of `max_constant`
 
-  int patience_;
+  int max_constant_;
   std::size_t channels_;
   bool are_electrodes_;
   int rest_ = 0;                                  // samples of the baseline
-  std::array<int, kMaxChannels> rest_repeats_{};  // in these
-  double share_ = 1, known_share_ = 1;            // of this baseline, of those before
-  int repeated_ = 0;                              // samples in a row that were as the one before
-  std::int64_t changes_ = 0, moved_ = 0;          // samples, electrodes, so far
-  std::array<int, kMaxChannels> same_{};          // samples, the newest included
+  std::array<int, kMaxChannels> rest_repeats_{};  // repetitions in them
+  double share_ = 1, known_share_ = 1;            // of this baseline, of earlier ones
+  int repeated_ = 0;                              // consecutive samples that equal the one before
+  std::int64_t changes_ = 0, moved_ = 0;          // numbers of changed samples and electrodes
+  std::array<int, kMaxChannels> same_{};          // number of equal samples, with the newest
   ChannelValues last_;
 };
 

@@ -194,7 +194,7 @@ void Comparer::AddDelay() {
   line.interval = delay;
   line.value = Words(*delay, " ms", 1e3, 1);
   line.remark = Formatted("right is at most one sample, %.3g ms", 1e3 * tolerance);
-  line.finding = Judged(*delay, -tolerance, tolerance);
+  line.finding = FindingOfInterval(*delay, -tolerance, tolerance);
   if (line.finding != Finding::kWrong) return;
   const std::vector<Index> kept = MoveMeasured(delay->value, &record_);
   rows_ = Selected(rows_, kept);
@@ -261,7 +261,7 @@ void Comparer::AddChange() {
     line.interval = size;
     line.value = Words(*size, " N", 1, 4);
     line.remark = Formatted("%s, right is at most %.3g N", what, right);
-    line.finding = Judged(*size, 0, right);
+    line.finding = FindingOfInterval(*size, 0, right);
     if (line.finding == Finding::kOpen) line.finding = Finding::kUntested;
     return line.finding;
   };
@@ -298,7 +298,7 @@ void Comparer::AddUnit() {
   constexpr double kClose = 1.5;
   const Interval gain = result_.map.gain.Both();
   const UnitMistake mistake =
-      result_.map.gain.Judge(tolerance()) == Finding::kWrong ? UnitOf(gain) : UnitMistake{};
+      result_.map.gain.FindingWithin(tolerance()) == Finding::kWrong ? UnitOf(gain) : UnitMistake{};
   line.value = Formatted("%.4g", mistake.factor);
   line.finding = mistake.factor != 1                              ? Finding::kWrong
                  : gain.value < kClose && gain.value > 1 / kClose ? Finding::kRight
@@ -337,12 +337,13 @@ void Comparer::AddMagnitude() {
   }
   line.interval = map.gain.Both();
   line.value = Words(*line.interval);
-  line.finding = map.gain.Judge(tolerance());
+  line.finding = map.gain.FindingWithin(tolerance());
   line.remark = Formatted("reported / known, right is %g to %g", 1 - tolerance(), 1 + tolerance());
   for (std::size_t j = 0; j < 3; ++j) {
     if (!map.axis_gain[j]) continue;
     line.remark += std::string("; ") + kAxisNames[j] + ": " + Words(map.axis_gain[j]->Both());
-    if (map.axis_gain[j]->Judge(tolerance()) == Finding::kWrong) line.finding = Finding::kWrong;
+    if (map.axis_gain[j]->FindingWithin(tolerance()) == Finding::kWrong)
+      line.finding = Finding::kWrong;
   }
 }
 
@@ -370,7 +371,7 @@ void Comparer::AddDirections() {
       const bool is_small = map.turn.value <= kTurnTolerance;
       frame.finding = relation.is_permuted() ? Finding::kWrong
                       : is_small             ? Finding::kRight
-                                             : Judged(map.turn, 0, kTurnTolerance);
+                                             : FindingOfInterval(map.turn, 0, kTurnTolerance);
       if (relation.is_permuted() || relation.is_flipped()) {
         (relation.is_permuted() ? frame : sign).remark +=
             "; " + RelationWords(relation, result_.axes);
@@ -403,7 +404,7 @@ void Comparer::AddOffset() {
   line.value = Words(*line.interval, " N", 1, 4);
   line.remark =
       Formatted("right is at most %.3g N, %g %% of the largest force", right, 100 * kZeroTolerance);
-  line.finding = Judged(*line.interval, 0, right);
+  line.finding = FindingOfInterval(*line.interval, 0, right);
 }
 
 // Mean errors of five ranges of size, of equally many rows.
@@ -429,7 +430,7 @@ void Comparer::AddSizes() {
     line.remark = Formatted("largest mean error beside scale and offset: forces of %.3g to %.3g N",
                             from, until);
   }
-  line.finding = Judged(*line.interval, 0, kChangeTolerance * LargestExpected());
+  line.finding = FindingOfInterval(*line.interval, 0, kChangeTolerance * LargestExpected());
   if (line.finding == Finding::kOpen) line.finding = Finding::kRight;
 }
 
@@ -543,7 +544,7 @@ void Comparer::AddPosition() {
     scale.value = Words(map.gain.forth, "", 1, 4);
     scale.remark = Formatted("%s reported / known, right is %g to %g",
                              is_depth ? "change of depth" : "travel of the tip", low, high);
-    scale.finding = Judged(map.gain.forth, low, high);
+    scale.finding = FindingOfInterval(map.gain.forth, low, high);
     if (map.relation_is_clear && (map.relation.is_permuted() || map.relation.is_flipped())) {
       scale.finding = Finding::kWrong;
       scale.remark += "; axes of positions: " + RelationWords(map.relation, columns.axes);

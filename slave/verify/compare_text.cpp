@@ -91,8 +91,9 @@ void AddScaleCauses(const ForceComparison& comparison, const ForceSource& source
   const VectorMap& force = comparison.map;
   const Interval gain = force.gain.forth;
   bool follows = false;  // the force's scale from that of positions
-  if (comparison.position && Judged(comparison.position->gain.forth, 1 - kPositionTolerance,
-                                    1 + kPositionTolerance) == Finding::kWrong) {
+  if (comparison.position &&
+      FindingOfInterval(comparison.position->gain.forth, 1 - kPositionTolerance,
+                        1 + kPositionTolerance) == Finding::kWrong) {
     const Interval& scale = comparison.position->gain.forth;
     std::string cause = "Positions are " + Words(scale, "", 1, 3) +
                         " times the known ones: " + source.position_source;

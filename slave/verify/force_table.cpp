@@ -15,7 +15,7 @@ namespace {
 using Eigen::Vector3d;
 using Names = std::array<std::string, 3>;
 
-constexpr double kLargest = 1e12;  // in SI
+constexpr double kMaxValue = 1e12;  // in SI
 
 Names AxisColumns(const std::string& option, const std::string& names) {
   std::vector<std::string> parts{""};
@@ -53,7 +53,7 @@ class NumberColumn {
   [[nodiscard]] double Value(const CsvTable& table, const char* accepted) const {
     if (!column_ || Trimmed(table.Text(*column_)).empty()) return kUnknown;
     const double value = factor_ * table.Number(*column_);
-    if (std::abs(value) > kLargest) table.Refuse(*column_, accepted);
+    if (std::abs(value) > kMaxValue) table.Refuse(*column_, accepted);
     return value;
   }
 

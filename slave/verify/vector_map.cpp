@@ -160,7 +160,7 @@ Interval Inverse(const Interval& interval) {
 
 }  // namespace
 
-Finding Judged(const Interval& interval, double low, double high) {
+Finding FindingOfInterval(const Interval& interval, double low, double high) {
   if (interval.low >= low && interval.high <= high) return Finding::kRight;
   return interval.high < low || interval.low > high ? Finding::kWrong : Finding::kOpen;
 }
@@ -210,9 +210,9 @@ Interval Scale::Both() const {
           std::fmax(forth.high, back.high)};
 }
 
-Finding Scale::Judge(double tolerance) const {
+Finding Scale::FindingWithin(double tolerance) const {
   const double low = 1 - tolerance, high = 1 + tolerance;
-  const Finding a = Judged(forth, low, high), b = Judged(back, low, high);
+  const Finding a = FindingOfInterval(forth, low, high), b = FindingOfInterval(back, low, high);
   if (a == Finding::kRight || b == Finding::kRight) return Finding::kRight;
   const bool agree = (forth.high < low) == (back.high < low);
   return a == Finding::kWrong && b == Finding::kWrong && agree ? Finding::kWrong : Finding::kOpen;

@@ -17,7 +17,7 @@ namespace palpate {
 
 enum class Finding : std::uint8_t { kRight, kWrong, kOpen, kUntested };
 // Whether an interval lies inside `low` to `high`, outside, or across an end (kOpen).
-Finding Judged(const Interval& interval, double low, double high);
+Finding FindingOfInterval(const Interval& interval, double low, double high);
 
 // `count` rows in at most 20 blocks of neighbours, which may share their errors: row i belongs to
 // block (*)(i).
@@ -69,7 +69,7 @@ struct Scale {
 
   [[nodiscard]] Interval Both() const;
   // Right if either is; wrong if both are, on the same side.
-  [[nodiscard]] Finding Judge(double tolerance) const;
+  [[nodiscard]] Finding FindingWithin(double tolerance) const;
 };
 
 struct VectorMap {

@@ -17,7 +17,7 @@ namespace {
 // Circles are searched at this size [px]. [tuned: ImagesWithoutAnObjectAreRefused]
 constexpr double kCircleEdge = 160;
 constexpr int kDirections = 32;
-constexpr double kRadiusStep = 1.08, kSmallestRadius = 0.02;
+constexpr double kRadiusStep = 1.08, kMinRadius = 0.02;
 constexpr double kMinVote = 0.15;  // 1: a strong edge all round
 
 struct RoundEdge {
@@ -81,8 +81,7 @@ std::vector<Vote> VoteEverywhere(const BentGradient& bent) {
   std::vector<Vote> best(bent.x.total());
   std::vector<float> sums(static_cast<std::size_t>(cols));
   const double largest = 0.5 * std::min(cols, rows) - 1;
-  for (double r = std::max(3.0, kSmallestRadius * std::max(cols, rows)); r < largest;
-       r *= kRadiusStep) {
+  for (double r = std::max(3.0, kMinRadius * std::max(cols, rows)); r < largest; r *= kRadiusStep) {
     const Rim rim(r);
     const int margin = static_cast<int>(r) + 1;
     const double scale = std::sqrt(r / kCircleEdge * 8);  // larger circles are less likely
@@ -131,8 +130,8 @@ using PixelChain = std::vector<cv::Point>;
 constexpr double kWorkingEdge = 480;
 // Against noise and fine texture [px]. [tuned: ImagesWithoutAnObjectAreRefused]
 constexpr double kBlur = 1.5;
-constexpr int kThresholds = 32;  // between the darkest and the brightest percent
-constexpr double kSmallest = 0.001, kLargest = 0.7;  // area, part of the image
+constexpr int kThresholds = 32;                     // between the darkest and the brightest percent
+constexpr double kMinArea = 0.001, kMaxArea = 0.7;  // area, part of the image
 // Area / area of the convex hull. [-] [tuned: ImagesWithoutAnObjectAreRefused]
 constexpr double kMinSolidity = 0.8;
 constexpr double kMinRoundness = 0.35;  // 4 pi area / length^2 of the hull: no bar
@@ -252,7 +251,7 @@ class Search {
   double Score(const PixelChain& outline) const {
     const double area = cv::contourArea(outline);
     const double part = area / static_cast<double>(size_.area());
-    if (part < kSmallest || part > kLargest || TouchesBorder(outline, size_)) return 0;
+    if (part < kMinArea || part > kMaxArea || TouchesBorder(outline, size_)) return 0;
     PixelChain hull;
     cv::convexHull(outline, hull);
     const double solidity = area / cv::contourArea(hull);

@@ -27,9 +27,9 @@ float PartOf(std::int32_t whole) {
 
 }  // namespace
 
-EdgeProfile::EdgeProfile(const GreyFormat& format, int most_half)
-    : format_(format), level_(static_cast<std::size_t>(2 * most_half + 1)) {
-  const auto edge = static_cast<std::size_t>(2 * (most_half + kAside) + 3);
+EdgeProfile::EdgeProfile(const GreyFormat& format, int max_half)
+    : format_(format), level_(static_cast<std::size_t>(2 * max_half + 1)) {
+  const auto edge = static_cast<std::size_t>(2 * (max_half + kAside) + 3);
   window_.resize(edge * edge);
 }
 

@@ -15,8 +15,8 @@ namespace palpate {
 // texture do not count. One thread.
 class EdgeProfile {
  public:
-  // Profiles of at most `most_half` samples to either side.
-  EdgeProfile(const GreyFormat& format, int most_half);
+  // Profiles of at most `max_half` samples to either side.
+  EdgeProfile(const GreyFormat& format, int max_half);
 
   // `half` samples to either side of `p` [px] along `n`. False: it leaves the image. `image` fits
   // the format. Real-time safe.

@@ -77,7 +77,7 @@ struct PatchAligner::Sums {
 };
 
 PatchAligner::PatchAligner(int edge)
-    : size_(edge, edge), count_(std::ptrdiff_t{edge} * edge), least_slope_(kMinSlope) {
+    : size_(edge, edge), count_(std::ptrdiff_t{edge} * edge), min_slope_(kMinSlope) {
   Require(edge >= 5 && edge <= 255 && edge % 2 == 1, "window", edge, "an odd number from 5 to 255",
           " px");
   root_weights_.resize(count_);
@@ -176,7 +176,7 @@ bool PatchAligner::Invert(int freedoms) noexcept {
   information_ = H.topLeftCorner<2, 2>();
   const double mean_slope = information_.trace() / 2, determinant = information_.determinant();
   const double least = mean_slope - std::sqrt(std::max(0.0, mean_slope * mean_slope - determinant));
-  textured_ = least > least_slope_ * least_slope_ * weight_ &&
+  textured_ = least > min_slope_ * min_slope_ * weight_ &&
               determinant > kMinShift * 4 * mean_slope * mean_slope;
   if (!textured_) return false;
   shift_inverse_ = information_.inverse();

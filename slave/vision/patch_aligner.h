@@ -93,7 +93,7 @@ class PatchAligner {
 
   cv::Size size_;
   std::ptrdiff_t count_;
-  double least_slope_ = 0;  // root mean square change by a pixel, in every direction [levels/px]
+  double min_slope_ = 0;  // root mean square change by a pixel, in every direction [levels/px]
   bool textured_ = false, affine_ = false;
   float mean_ = 0;         // of the template
   double contrast_ = 0;    // sum T~^2

@@ -72,7 +72,7 @@ TemplateParts::TemplateParts(const TipTemplate& tip)
       step_(static_cast<int>(std::lround(kStep * tip.along.x())),
             static_cast<int>(std::lround(kStep * tip.along.y()))),
       trust_(height_ - 2, width_ - 2) {
-  Differentiate(tip.pixels, step_, most_, change_);
+  Differentiate(tip.pixels, step_, max_difference_, change_);
   // Pixels beyond the template are not known, so its border is left out.
   const cv::Point inset(std::abs(step_.x), std::abs(step_.y));
   const cv::Size inside(width_ - 2 * inset.x, height_ - 2 * inset.y);
@@ -100,7 +100,7 @@ TemplateParts::TemplateParts(const TipTemplate& tip)
     for (const int change : part.ncc.pattern().levels)
       largest = std::max(largest, std::abs(change));
   }
-  most_ = static_cast<int>(kMaxChange * largest);
+  max_difference_ = static_cast<int>(kMaxChange * largest);
   const double noise = NoiseOf(tip.pixels);
   signal_ = std::max(variance_ - 2 * noise * noise, kMinSignal * variance_);
   scores_.resize(parts_.size());
@@ -129,7 +129,7 @@ TemplateParts::Place TemplateParts::Find(const GreyPatch& window) {
   Place place;
   const cv::Size size(window.width - width_ + 1, window.height - height_ + 1);
   if (size.width < 1 || size.height < 1 || !usable()) return place;
-  Differentiate(window, step_, most_, change_);
+  Differentiate(window, step_, max_difference_, change_);
   for (Part& part : parts_) part.ncc.Match(change_);
   ScoreMap map(size);
   for (int y = 0; y < map.rows; ++y) {
@@ -153,7 +153,7 @@ double TemplateParts::ScoreNear(const GreyPatch& window, const cv::Point& at) {
   const cv::Rect around = cv::Rect(at - reach, cv::Size(width_, height_) + cv::Size(2 * reach)) &
                           cv::Rect(0, 0, window.width, window.height);
   CutOut(window, around, crop_);
-  Differentiate(crop_, step_, most_, change_);
+  Differentiate(crop_, step_, max_difference_, change_);
   double best = 0;
   for (int y = 0; y + height_ <= around.height; ++y) {
     for (int x = 0; x + width_ <= around.width; ++x) {

@@ -14,9 +14,9 @@
 namespace palpate {
 namespace {
 
-constexpr int kSmallest = 5, kLargest = 512;  // edge of a template [px]
-constexpr int kSide = 6;                      // background beside the tool [px]
-constexpr int kReach = 10;                    // of the search around the template [px]
+constexpr int kMinEdge = 5, kMaxEdge = 512;  // edge of a template [px]
+constexpr int kSide = 6;                     // background beside the tool [px]
+constexpr int kReach = 10;                   // of the search around the template [px]
 constexpr double kBeforeTip = 1;  // the blurred end itself already shows what lies beyond [px]
 constexpr double kBeyondTip = 4;  // taken in where the tool has no marks [px]
 // A template that promises less is not good enough [px]; where an image is noisy, by its noise
@@ -175,10 +175,10 @@ TipTemplate LoadTipTemplate(const TipTracking& options, const Eigen::Vector2d& d
   try {
     const cv::Mat image = ReadImage(options.template_file, 1);
     const int smaller = std::min(image.cols, image.rows), larger = std::max(image.cols, image.rows);
-    if (smaller < kSmallest || larger > kLargest) {
+    if (smaller < kMinEdge || larger > kMaxEdge) {
       throw std::runtime_error(std::to_string(image.cols) + " x " + std::to_string(image.rows) +
-                               " px: expected edges of " + std::to_string(kSmallest) + " to " +
-                               std::to_string(kLargest) + " px");
+                               " px: expected edges of " + std::to_string(kMinEdge) + " to " +
+                               std::to_string(kMaxEdge) + " px");
     }
     GreyFormat(image).Read(image, cv::Rect(cv::Point(), image.size()), tip.pixels);
   } catch (const std::runtime_error& error) {
@@ -211,12 +211,12 @@ TipTemplate CutTipTemplate(const cv::Mat& first, const GreyFormat& format,
   const bool inside = (p_I_tip.array() >= 0).all() && p_I_tip.x() <= first.cols - 1 &&
                       p_I_tip.y() <= first.rows - 1;  // false for NaN
   if (!inside) refuse("outside the image");
-  if (!(width > 0) || width > kLargest - 2 * kSide) refuse("the tool is too wide in the image");
-  const int length = std::clamp(roi - 2 * kReach, 12, kLargest);
+  if (!(width > 0) || width > kMaxEdge - 2 * kSide) refuse("the tool is too wide in the image");
+  const int length = std::clamp(roi - 2 * kReach, 12, kMaxEdge);
   TipTemplate tip;
   for (const double beyond : {-kBeforeTip, kBeyondTip}) {
     const cv::Rect window = WindowAt(p_I_tip, d_I, width, length, beyond, first.size());
-    if (std::min(window.width, window.height) < kSmallest) {
+    if (std::min(window.width, window.height) < kMinEdge) {
       refuse("too little of the tool is in the image");
     }
     tip = Cut(first, format, window, p_I_tip, d_I, width);

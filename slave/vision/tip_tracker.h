@@ -94,10 +94,10 @@ class TemplateParts {
   void MarkFitting(const cv::Point& at);
 
   int width_, height_;
-  cv::Point step_;       // of the difference along the tool [px]
-  int most_ = 2047;      // difference that counts, to either side [levels]
-  double variance_ = 0;  // of a part's differences, mean [levels^2]
-  double signal_ = 0;    // variance beyond the template's own noise [levels^2]
+  cv::Point step_;             // of the difference along the tool [px]
+  int max_difference_ = 2047;  // difference that counts, to either side [levels]
+  double variance_ = 0;        // of a part's differences, mean [levels^2]
+  double signal_ = 0;          // variance beyond the template's own noise [levels^2]
   std::vector<Part> parts_;
   std::vector<double> scores_;  // of the parts at one position
   GreyPatch change_, crop_;

@@ -16,7 +16,7 @@ using Eigen::Vector2d;
 constexpr double kReach = 8;
 // Distance beside the tool at which the background is measured [px]. [tuned:
 // OfAWidthReportedWrongByAFifthIsSeen]
-constexpr double kBeside = 6;
+constexpr double kSideWidth = 6;
 // Distance behind the tip from which the sides are measured [px]. [tuned:
 // IsMissedWhereTheToolGoesOn]
 constexpr double kBehind = 4;
@@ -100,7 +100,7 @@ class Bar {
     for (double behind = kReach + kBehind; behind < kReach + kLength; ++behind) {
       const Vector2d axis = p_tip - behind * d;
       for (const double side : {-1.0, 1.0}) {
-        ground.push_back(lines_.At(axis + side * (0.5 * width + kBeside) * across_));
+        ground.push_back(lines_.At(axis + side * (0.5 * width + kSideWidth) * across_));
         tool.push_back(lines_.At(axis + side * 0.2 * width * across_));
       }
     }
@@ -127,7 +127,7 @@ class Bar {
     std::vector<std::optional<double>> found;
     for (double behind = first; behind < last; ++behind) {
       found.push_back(lines_.Crossing(p_tip_ - behind * d_, side * across_, level_, step_,
-                                      0.5 * width_ + kBeside));
+                                      0.5 * width_ + kSideWidth));
     }
     return Together(found);
   }

@@ -107,7 +107,7 @@ void SwingingStep(benchmark::State& state) {
   }
   state.counters["median_ms"] = 1e3 * track.seconds[200];
   state.counters["p99_ms"] = 1e3 * track.seconds[396];
-  state.counters["most_ms"] = 1e3 * track.seconds.back();
+  state.counters["max_ms"] = 1e3 * track.seconds.back();
   state.counters["tail"] = track.seconds[396] / track.seconds[200];
   state.counters["iterations"] = track.iterations;
 }

@@ -432,7 +432,7 @@ class BadInputTest(unittest.TestCase):
             (r"compression: shape", lambda: palpate.identify(compression=[1, 2, 3])),
             (r"nowhere\.csv", lambda: palpate.identify(compression="nowhere.csv")),
             (r"not finite", lambda: palpate.identify(uniaxial=[[0, 0], [math.nan, 1]])),
-            (r"palpate-slave identify", lambda: palpate.identify(pictures="x.csv", scene="y.yaml")),
+            (r"palpate-slave identify", lambda: palpate.identify(images="x.csv", scene="y.yaml")),
         ]:
             with self.subTest(pattern), np.errstate(divide="ignore", invalid="ignore"):
                 self.bad(pattern, call)

@@ -36,7 +36,7 @@ class EmbryoModelTest : public testing::Test {
     image_ = cv::imread(kImage.string());
     cv::imwrite((kOut / "pipette.png").string(), image_(cv::Rect(612, 232, 34, 60)));
     std::ofstream scene(kOut / "embryo.yaml");
-    scene << "name: embryo-from-picture\n"
+    scene << "name: embryo-from-image\n"
              "object:\n"
              "  geometry: {contour: from-image, thickness: 1.2 mm}\n"
              "  material: {young_modulus: 1.51 MPa, poisson_ratio: 0.5}\n"

@@ -83,7 +83,7 @@ class Images {
 // To one reader after the other. What a reader does not take at once is left out, so that none
 // waits in a queue and grows old.
 void Serve(Images images, bool is_y4m) {
-  const int door = SocketHere(SOCK_STREAM, "pictures");
+  const int door = SocketHere(SOCK_STREAM, "images");
   for (;;) {
     const int reader = accept(door, nullptr, nullptr);
     const int at_once = 1;
@@ -185,7 +185,7 @@ int Play(const std::string& file, const std::string& to, const std::string& how)
   const Scene scene = LoadScene(file, {});
   const auto environment = MakeSimulatedEnvironment(scene);
   environment->SolveAhead();
-  environment->MoveTool(scene.manipulator.home, Patience::kNone);
+  environment->MoveTool(scene.manipulator.home, WhenUnsolved::kUseNearest);
   const ToolSocket tool(*environment);
   std::printf("site on %s\n", tool.address().c_str());
   std::fflush(stdout);

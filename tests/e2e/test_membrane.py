@@ -49,23 +49,23 @@ class Live(FolderTest):
         self.assertGreater(sum(state.HasField("moment") for state in pressed), 0.8 * len(pressed))
         self.assert_finite(self.out / "log.csv")
 
-    def test_pictures_and_the_surface_stream_beside_the_forces(self):
+    def test_images_and_the_surface_stream_beside_the_forces(self):
         stub = self.client(self.slave.address)
         scene = stub.GetScene(self.messages.GetSceneRequest(), timeout=PATIENCE)
         self.assertIn("membrane", scene.geometry)
         self.assertEqual(scene.capabilities.degrees_of_freedom, 3)
         self.assertEqual(scene.capabilities.sensor_rate, 30)
         video = stub.WatchImages(self.messages.WatchImagesRequest(overlays=True), timeout=PATIENCE)
-        pictures = [next(video) for _ in range(5)]
+        images = [next(video) for _ in range(5)]
         video.cancel()
         mesh = stub.WatchMesh(self.messages.WatchMeshRequest(nodal_forces=True), timeout=PATIENCE)
         surface = next(mesh)
         mesh.cancel()
-        for picture in pictures:
-            self.assertEqual((picture.width, picture.height), (640, 480))
-            self.assertTrue(picture.jpeg.startswith(b"\xff\xd8"))
-        times = [picture.sensed_at.ToNanoseconds() for picture in pictures]
-        self.assertEqual(times, sorted(set(times)), "each picture comes once")
+        for image in images:
+            self.assertEqual((image.width, image.height), (640, 480))
+            self.assertTrue(image.jpeg.startswith(b"\xff\xd8"))
+        times = [image.sensed_at.ToNanoseconds() for image in images]
+        self.assertEqual(times, sorted(set(times)), "each image comes once")
         self.assertEqual(surface.nodes_per_element, 3)
         self.assertLess(max(surface.elements), len(surface.rest) // 3)
         self.assertEqual(len(surface.positions), len(surface.rest))
@@ -75,11 +75,11 @@ class Presses(FolderTest):
     def press(self, *override):
         """(summary, rows) of the scene's press offline."""
         out = self.out / f"run-{len(list(self.out.iterdir()))}"
-        done = run(SLAVE, "process", MEMBRANE, "--out", out, "--pictures", *override, timeout=LONG)
+        done = run(SLAVE, "process", MEMBRANE, "--out", out, "--images", *override, timeout=LONG)
         self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
         print(done.stdout)
         rows = read_rows(out / "states.csv")
-        self.assertEqual(len(list((out / "pictures").glob("*.jpg"))), len(rows))
+        self.assertEqual(len(list((out / "images").glob("*.jpg"))), len(rows))
         return read_json(out / "summary.json"), rows
 
     def test_a_press_runs_offline_step_by_step(self):

@@ -1,4 +1,4 @@
-"""No simulator in the slave: a site's pictures by URL, GStreamer pipeline, camera and FeedImages, its fingertips by
+"""No simulator in the slave: a site's images by URL, GStreamer pipeline, camera and FeedImages, its fingertips by
 FeedTactile, the tool by DriveTool. The force is as right as where the site is simulated inside, within 1 % of the peak.
 
 usage: test_plug_paths.py [NAME...]   of silicone-block, rubber-membrane, foam-cube
@@ -20,8 +20,8 @@ SCENES = ROOT / "deploy/scenes"
 SECONDS = 16
 SLOW = ["--override", "operator.press.speed=4 mm/s"]
 PLUGGED = ["manipulator.source=stream", "manipulator.silence=100 ms"]  # a driver in Python on a busy machine
-MOST = 0.01  # of the peak, between the errors by two paths
-LEAST = 2000  # ticks in contact whose force is known
+MAX_DIFFERENCE = 0.01  # of the peak, between the errors by two paths
+MIN_TICKS = 2000  # ticks in contact whose force is known
 NAMES = [name for name in sys.argv[1:] if not name.startswith("-")] or ["silicone-block", "rubber-membrane", "foam-cube"]
 PIPELINE = ("tcpclientsrc host=127.0.0.1 port={port} ! rawvideoparse width={width} height=480 format=gray8 framerate=60/1 "
             "! appsink max-buffers=1 drop=true sync=false")
@@ -56,7 +56,7 @@ class Paths(Plugged):
         player = self.start(BIN / "site_player", SCENES / f"{name}.yaml", to, stdout=subprocess.PIPE)
         printed = iter(player.stdout.readline, "")  # with what the site solves ahead
         self.tool = next(filter(None, (re.fullmatch(r"site on (\S+)\n", line) for line in printed))).group(1)
-        port = re.fullmatch(r"pictures on \S+:(\d+)\n", next(printed)).group(1) if ":" not in to else None
+        port = re.fullmatch(r"images on \S+:(\d+)\n", next(printed)).group(1) if ":" not in to else None
         return player, port
 
     def arm(self, home):
@@ -64,7 +64,7 @@ class Paths(Plugged):
                           "--site", self.tool, "--rate", "500", stdout=subprocess.DEVNULL)
 
     def plugged(self, name, home, source, to, **options):
-        """By way of what `source` makes of the port at which the site shows its pictures."""
+        """By way of what `source` makes of the port at which the site shows its images."""
         player, port = self.site(name, to)
         environment, settings = source(port)
         try:
@@ -94,8 +94,8 @@ class Paths(Plugged):
         print(f"{name}: " + " | ".join(f"{path} {100 * error:.2f} % after {delay} ms" for path, (error, delay, _) in errors.items()),
               flush=True)
         for path, (error, _, ticks) in errors.items():
-            self.assertGreater(ticks, LEAST, path)
-            self.assertLess(error, errors["in-process"][0] + MOST, path)
+            self.assertGreater(ticks, MIN_TICKS, path)
+            self.assertLess(error, errors["in-process"][0] + MAX_DIFFERENCE, path)
 
     def wanted(self, name):
         if name not in NAMES:

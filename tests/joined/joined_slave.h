@@ -76,8 +76,8 @@ class JoinedSlave final : public FakeSlave {
   void EndOperating() override { port_.EndOperating(); }
   SlaveState Compose(Time now) override;
   Events TakeEvents() override { return port_.TakeEvents(); }
-  bool WaitForNewer(Time sensed_at, std::chrono::milliseconds patience) override {
-    return newest_.WaitForNewer(sensed_at, patience);
+  bool WaitForNewer(Time sensed_at, std::chrono::milliseconds timeout) override {
+    return newest_.WaitForNewer(sensed_at, timeout);
   }
   [[nodiscard]] SlaveDescription Describe() const override;
   [[nodiscard]] SlaveStatus Status() const override;

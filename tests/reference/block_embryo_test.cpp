@@ -19,7 +19,7 @@ namespace {
 
 using reference::json;
 
-constexpr int kLargestMesh = 540;  // elements
+constexpr int kMaxMesh = 540;  // elements
 
 struct Problem {
   BoundaryMesh mesh;
@@ -112,7 +112,7 @@ TEST(BlockAndEmbryo, ConstantElementsReproduceTheDiscreteReference) {
          c.at("constant_element_bem").at("k_bar_by_element_count").items()) {
       const int count = std::stoi(elements);
       const double expected = value;
-      if (count > kLargestMesh) continue;
+      if (count > kMaxMesh) continue;
       const double k_bar = StiffnessBar(c, count);
       EXPECT_NEAR(k_bar / expected, 1, 1e-6) << id << ", " << count << " elements";
       const double error = k_bar / exact - 1;

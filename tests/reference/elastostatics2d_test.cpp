@@ -36,8 +36,7 @@ TEST(Elastostatics2d, ARingIsRightUpToNuOneHalf) {
       return displacement[i].dot(problem.mesh.elements[i].midpoint().normalized());
     };
     const double u_a = radial(60), u_b = radial(0), exact = row.at("u_a_E_over_p_a");
-    const bool plain =
-        plane == Plane::kStress || nu <= GreensFunctions::kLargestNuWithoutHolePressures;
+    const bool plain = plane == Plane::kStress || nu <= GreensFunctions::kMaxNuWithoutHolePressures;
     EXPECT_NEAR(u_a / exact, 1, plain ? 0.05 : 0.001) << nu;
     if (!plain) {
       ++beyond;
@@ -76,7 +75,7 @@ TEST(Elastostatics2d, TheDegenerateScaleIsWhereItShouldBeAndNeverUsed) {
   const json c = reference::CaseOf(file, "degenerate_scale_circle");
   for (const auto& row : c.at("expected")) {
     const double nu = row.at("nu");
-    if (nu > GreensFunctions::kLargestNuAllHeld) continue;
+    if (nu > GreensFunctions::kMaxNuAllHeld) continue;
     const auto condition_at = [&](double radius_in_units) {
       ReferenceProblem problem = bodies::Free(MeshDisc(1, 120), nu, Plane::kStrain);
       problem.mesh.length_unit = 1 / radius_in_units;

@@ -63,7 +63,7 @@ std::unique_ptr<BoundModel> ModelOfFile(const std::filesystem::path& scene,
 }
 
 // (report as JSON, as text, whether it passes).
-py::tuple Judged(const ForceTables& tables, const std::string& source) {
+py::tuple ComparisonOf(const ForceTables& tables, const std::string& source) {
   Comparisons comparisons;
   for (const auto& [finger, rows] : tables) comparisons[finger] = CompareForces(rows);
   return py::make_tuple(ToJson("", source, comparisons), ToText(comparisons), Pass(comparisons));
@@ -75,10 +75,10 @@ Vector3d RowOf(const Numbers& array, py::ssize_t i) {
 }
 
 // Arrays of n x 3 [N], and of n where given.
-py::tuple JudgeArrays(const Numbers& measured, const Numbers& estimated,
-                      const std::optional<Numbers>& t, const std::optional<Numbers>& sigma,
-                      const std::optional<Integers>& hold, const std::optional<Integers>& valid,
-                      const std::string& source) {
+py::tuple CompareArrays(const Numbers& measured, const Numbers& estimated,
+                        const std::optional<Numbers>& t, const std::optional<Numbers>& sigma,
+                        const std::optional<Integers>& hold, const std::optional<Integers>& valid,
+                        const std::string& source) {
   return Called([&] {
     std::vector<ForceRow> rows(static_cast<std::size_t>(measured.shape(0)));
     for (std::size_t i = 0; i < rows.size(); ++i) {
@@ -90,12 +90,12 @@ py::tuple JudgeArrays(const Numbers& measured, const Numbers& estimated,
       if (hold) rows[i].hold = static_cast<int>(hold->at(k));
       if (valid) rows[i].is_valid = valid->at(k) != 0;
     }
-    return Judged({{"", rows}}, source);
+    return ComparisonOf({{"", rows}}, source);
   });
 }
 
-py::tuple JudgeTable(const std::filesystem::path& file, const ForceColumns& columns) {
-  return Called([&] { return Judged(ReadForces(file, columns), file.filename().string()); });
+py::tuple CompareTable(const std::filesystem::path& file, const ForceColumns& columns) {
+  return Called([&] { return ComparisonOf(ReadForces(file, columns), file.filename().string()); });
 }
 
 // (report as JSON, as text).
@@ -134,8 +134,8 @@ void AddVerify(py::module_* module) {
       .def_readwrite("measured_unit", &ForceColumns::measured_unit)
       .def_readwrite("estimated_unit", &ForceColumns::estimated_unit)
       .def_readwrite("time_unit", &ForceColumns::time_unit);
-  module->def("judge_arrays", JudgeArrays);
-  module->def("judge_table", JudgeTable);
+  module->def("compare_arrays", CompareArrays);
+  module->def("compare_table", CompareTable);
 }
 
 void AddIdentify(py::module_* module) {

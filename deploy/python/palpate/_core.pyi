@@ -30,10 +30,10 @@ class ForceColumns:
     estimated_unit: str
     time_unit: str
 
-def judge_arrays(measured: NDArray[np.float64], estimated: NDArray[np.float64], t: NDArray[np.float64] | None,
+def compare_arrays(measured: NDArray[np.float64], estimated: NDArray[np.float64], t: NDArray[np.float64] | None,
                  sigma: NDArray[np.float64] | None, hold: NDArray[np.int64] | None, valid: NDArray[np.int64] | None,
                  source: str) -> tuple[str, str, bool]: ...
-def judge_table(file: str, columns: ForceColumns) -> tuple[str, str, bool]: ...
+def compare_table(file: str, columns: ForceColumns) -> tuple[str, str, bool]: ...
 
 class IdentifyRequest:
     data: list[str]

@@ -69,7 +69,7 @@ def verify_forces(measured: ArrayLike, estimated: ArrayLike, t: ArrayLike | None
     if holds is not None and np.any((holds < 0) | (holds > 10**9)):
         raise ValueError("hold: expected the number of a load, from 0")
     kept = _column(valid, "valid", count, np.int64)
-    return of_report(*_core.judge_arrays(forces[0], forces[1], times, spread, holds, kept, str(source)))
+    return of_report(*_core.compare_arrays(forces[0], forces[1], times, spread, holds, kept, str(source)))
 
 
 def of_report(report: str, text: str, passes: bool) -> Comparison:
@@ -89,7 +89,7 @@ def verify_table(file: str | os.PathLike[str], **columns: str) -> Comparison:
         if not isinstance(value, str):
             raise ValueError(f"{name} = {value}: expected a text such as \"Fx,Fy,Fz\"")
         setattr(request, name, value)
-    return of_report(*_core.judge_table(os.fspath(file), request))
+    return of_report(*_core.compare_table(os.fspath(file), request))
 
 
 def _vectors(values: ArrayLike, name: str) -> NDArray[np.float64]:

@@ -107,7 +107,7 @@ def _table(kind: str, test: ArrayLike, folder: str) -> pathlib.Path:
         rows = np.asarray(test, dtype=np.float64)
     except (TypeError, ValueError) as error:
         raise ValueError(f"{kind}: expected a file or numbers: {error}") from None
-    if kind in ("press", "loads", "pictures"):
+    if kind in ("press", "loads", "images"):
         raise ValueError(f"{kind}: expected the name of a CSV file")
     if rows.ndim != 2 or rows.shape[1] != len(columns):
         raise ValueError(f"{kind}: shape {rows.shape}: expected (n, {len(columns)}): {', '.join(columns)}")

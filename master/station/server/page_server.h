@@ -27,7 +27,7 @@ class PageServer {
   struct Listener {
     // A page sent `message`. Returns the answer; empty: none. std::invalid_argument closes the page
     // with its text.
-    std::function<std::string(std::uint64_t page, std::string_view message)> hear;
+    std::function<std::string(std::uint64_t page, std::string_view message)> receive;
     std::function<void(std::uint64_t page)> left;
     // A request `POST /setup/CALL` with its body. `done` is called once, on any thread, with the
     // HTTP status and the answer in JSON. Empty: there is no set-up.

@@ -16,7 +16,7 @@ constexpr std::chrono::seconds kHandshakeWithin(5), kSilentPageAfter(10);
 constexpr std::size_t kMaxReasonLength = 120;  // a close frame has at most 123 bytes
 constexpr int kSendBuffer = 1 << 17;           // [bytes]; what waits there is old when it arrives
 
-websocket::stream_base::timeout Patience() {
+websocket::stream_base::timeout Timeouts() {
   return {kHandshakeWithin, kSilentPageAfter, true};
 }
 
@@ -30,7 +30,7 @@ PageSession::PageSession(PageStream&& stream, std::uint64_t number, const Notice
   auto& tcp = socket_.next_layer().tcp().socket();
   tcp.set_option(boost::asio::ip::tcp::no_delay(true), ignored);
   tcp.set_option(boost::asio::socket_base::send_buffer_size(kSendBuffer), ignored);
-  socket_.set_option(Patience());
+  socket_.set_option(Timeouts());
   socket_.read_message_max(kMaxCommandBytes);
 }
 
@@ -56,11 +56,11 @@ void PageSession::Read() {
                          self->socket_.next_layer().tcp().cancel();
                          return;
                        }
-                       self->Hear({static_cast<const char*>(self->heard_.data().data()), bytes});
+                       self->Receive({static_cast<const char*>(self->heard_.data().data()), bytes});
                      });
 }
 
-void PageSession::Hear(std::string_view message) {
+void PageSession::Receive(std::string_view message) {
   if (!open_) return Read();  // until the goodbye is answered
   if (IsFlooding()) {
     Close(websocket::close_code::policy_error, "more than 500 messages in a second");
@@ -69,7 +69,7 @@ void PageSession::Hear(std::string_view message) {
   try {
     if (socket_.got_binary()) {
       TakeCount(message);
-    } else if (std::string answer = listener_->hear(number_, message); !answer.empty()) {
+    } else if (std::string answer = listener_->receive(number_, message); !answer.empty()) {
       answers_.push_back(std::move(answer));
       if (answers_.size() > kMaxAnswers) answers_.pop_front();
     }

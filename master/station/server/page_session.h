@@ -115,7 +115,7 @@ class PageSession : public std::enable_shared_from_this<PageSession> {
 
  private:
   void Read();
-  void Hear(std::string_view message);
+  void Receive(std::string_view message);
   void TakeCount(std::string_view count);
   [[nodiscard]] bool IsFlooding();
   void Write(bool binary, NoticeBoard::Bytes bytes);

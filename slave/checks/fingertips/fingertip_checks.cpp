@@ -119,9 +119,9 @@ class RestContactCheck final : public Check<FingertipSample> {
     if (touch.is_baseline) pulling_ = 0;
     const double error = std::hypot(network.rest_sigma, network.sigma.z());
     const bool pulls = touch.force_F && touch.force_F->z() > kPull * error;
-    const double patience = kPullTime * network.rate;
-    if (pulling_ < patience) pulling_ = pulls ? pulling_ + 1 : 0;
-    return pulls || pulling_ >= patience;
+    const double max_pulling = kPullTime * network.rate;
+    if (pulling_ < max_pulling) pulling_ = pulls ? pulling_ + 1 : 0;
+    return pulls || pulling_ >= max_pulling;
   }
 
   static constexpr double kPull = 5;        // [sigma]

@@ -9,7 +9,7 @@ namespace {
 // Difference of the two depths without an error: by the larger side, by the depth [-]. [tuned:
 // depth late]
 constexpr double kParts = 0.0012, kShare = 0.02;
-// Distance of a load from the tip [sigma]. [tuned: surface_doubts_test, an indentation not under
+// Distance of a load from the tip [sigma]. [tuned: surface_flags_test, an indentation not under
 // the tip]
 constexpr double kPlaceSigmas = 3;
 // Limits of the disagreement: relative to the force, and to the larger side [-]. [tuned: depth

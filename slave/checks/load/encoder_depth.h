@@ -11,7 +11,7 @@ namespace palpate {
 class EncoderDepthCheck final : public Check<LoadSample> {
  public:
   // Distance from which a load is another tool's, by the larger side [-]. [tuned:
-  // surface_doubts_test, an indentation that is not under the tip]
+  // surface_flags_test, an indentation that is not under the tip]
   static constexpr double kNear = 0.1;
 
   // Ignores a load elsewhere than under the tip, because another body causes it. A pressing tip

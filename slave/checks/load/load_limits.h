@@ -5,12 +5,12 @@
 namespace palpate {
 
 struct LoadLimits {
-  // Share of the points that may contradict the others [-]. [tuned: surface_doubts_test,
+  // Share of the points that may contradict the others [-]. [tuned: surface_flags_test,
   // many contradicting dots]
   static constexpr double kMaxLeftOut = 0.25;
   // Residual of a load while that without contact is unknown [sigma]. [derived: that of LoadFitter]
   static constexpr double kGoodFit = 3;
-  // A nuisance parameter beyond this limit is not zero [sigma]. [tuned: surface_doubts_test, a
+  // A nuisance parameter beyond this limit is not zero [sigma]. [tuned: surface_flags_test, a
   // moved rim, a bumped rig, points that move apart]
   static constexpr double kWaldSigmas = 6;
   // Relative error of the force by that of the distances [-]. [derived: the force of a stretched

@@ -34,7 +34,7 @@ class TensionCheck final : public Check<FitSample> {
   void Reset() noexcept override { information_ = score_ = systematic_ = certain_ = 0; }
 
  private:
-  // Weight of earlier images, from image to image [-]. [tuned: surface_doubts_test, dents of
+  // Weight of earlier images, from image to image [-]. [tuned: surface_flags_test, dents of
   // another tension]
   static constexpr double kForgetting = 0.99;
   // A different tension is certain beyond this limit [sigma]. [tuned: undisturbed, prestress stated

@@ -20,7 +20,7 @@ constexpr int kMinPoints = 8;
 constexpr double kRemembered = 0.97;
 // Share that is kept after a pair without information, because clocks drift slowly [-]. [tuned:
 // epipolar_test, what is at rest after a motion]
-constexpr double kKept = 0.999;
+constexpr double kMemory = 0.999;
 // Scatter at rest, relative to the noise of the images, that this noise alone explains [-]. [tuned:
 // epipolar_test, a scatter of 0.1 to 1.5 of the noise]
 constexpr double kNoLess = 0.2, kNoMore = 1.1;
@@ -29,7 +29,7 @@ constexpr double kNoLess = 0.2, kNoMore = 1.1;
 constexpr double kNoiseMoves = 0.5;
 // Motion relative to that of noise from which on the points show the instants [-]. [tuned:
 // skew_test]
-constexpr double kMoves = 3;
+constexpr double kMinMotion = 3;
 
 constexpr std::string_view kMoved =
     "the distance between left and right rays is larger than at rest: one camera has moved";
@@ -60,7 +60,7 @@ double Square(double x) {
 // Motion that noise explains has no weight. The information of a pair is forgotten as other pairs
 // add information, and slowly while nothing moves, because clocks drift.
 void EpipolarCheck::Stamps::Learn(double motion, double product) noexcept {
-  const double left = motion > 0 ? kRemembered : kKept;
+  const double left = motion > 0 ? kRemembered : kMemory;
   for (double* sum : {&weight, &late, &square, &pairs}) *sum *= left;
   weights *= Square(left);
   if (!(motion > 0)) return;
@@ -223,7 +223,7 @@ bool EpipolarCheck::IsOfAnotherInstant(int lag) noexcept {
   const double scatter = std::max(1.0, (misses - explained) / std::max(1.0, count - kMotions - 1));
   if (lag == 1) {
     const double noise = kNoiseMoves * std::max(0.0, count - kMotions);
-    const double weight = motion > kMoves * noise ? (motion - noise) / scatter : 0;
+    const double weight = motion > kMinMotion * noise ? (motion - noise) / scatter : 0;
     stamps_.Learn(weight, product / scatter - reported_late_ * weight);
   }
   Evidence& evidence = evidence_[static_cast<std::size_t>(lag - 1)];
@@ -253,7 +253,7 @@ void EpipolarCheck::CheckRest(const SurfaceObservation& seen, Findings* findings
   if (count < kMinPoints) return;
   const double explained = slope.dot(normal.ldlt().solve(slope));
   const double scatter = (square - explained) / (count - kMotions);
-  const double most = most_at_rest_ + 2 * rig_.rms_px;
+  const double most = max_at_rest_ + 2 * rig_.rms_px;
   if (explained > most * most * count + kMotions * NoiseLimits::kSignificant * scatter) {
     findings->Fail(FailedCheck::kEpipolar, kOtherRig);
   }

@@ -29,10 +29,10 @@ namespace palpate {
 class EpipolarCheck final : public Check<PointsSample> {
  public:
   // `rest_images`: number whose mean defines the rest of a point, >= 1. `sigma_px`: least sigma
-  // of the points' covariances. `most_at_rest`: of a correct rig, in addition to its own rms [px].
+  // of the points' covariances. `max_at_rest`: of a correct rig, in addition to its own rms [px].
   EpipolarCheck(const StereoRig& rig, int rest_images, double sigma_px,
-                double most_at_rest = PointsLimits::kMaxAtRest)
-      : rig_(rig), rest_images_(rest_images), sigma_px_(sigma_px), most_at_rest_(most_at_rest) {}
+                double max_at_rest = PointsLimits::kMaxAtRest)
+      : rig_(rig), rest_images_(rest_images), sigma_px_(sigma_px), max_at_rest_(max_at_rest) {}
 
   // Sets the uncertainty of the time (sensed_at, skew), and whether the points have only noise;
   // widens their covariances if the ray distances scatter by more than the image noise.
@@ -77,7 +77,7 @@ class EpipolarCheck final : public Check<PointsSample> {
 
   StereoRig rig_;
   int rest_images_;
-  double sigma_px_, most_at_rest_;
+  double sigma_px_, max_at_rest_;
   int taken_ = 0;   // images of rest_images_ that were used
   int newest_ = 0;  // index in the ring buffers
   std::vector<Row> rows_;

@@ -7,7 +7,7 @@ struct NoiseLimits {
   // A deviation beyond this limit is not noise [sigma]. [derived: noise is beyond it once in two
   // million]
   static constexpr double kSignificant = 5;
-  // Scatter of the points, by their stated sigmas, at least [-]. [tuned: surface_doubts_test,
+  // Scatter of the points, by their stated sigmas, at least [-]. [tuned: surface_flags_test,
   // dents of another tension]
   static constexpr double kMinScatter = 0.25;
 };

@@ -57,17 +57,17 @@ std::vector<TipPlace> ReadTipPlaces(const std::filesystem::path& file, const Ste
 }
 
 void WarnOfUnit(const std::vector<TipPlace>& places, double pixel) {
-  constexpr double kLargest = 2, kSmallest = 2e-5, kLargestPixel = 5e-3;  // [m]
+  constexpr double kMaxSpan = 2, kMinSpan = 2e-5, kMaxPixel = 5e-3;  // [m]
   Eigen::AlignedBox3d box;
   for (const TipPlace& place : places) box.extend(place.p_S);
   const double span = box.sizes().maxCoeff();
-  if (span > kLargest || (span < kSmallest && span > 0)) {
+  if (span > kMaxSpan || (span < kMinSpan && span > 0)) {
     std::fprintf(stderr,
                  "calibrate: the positions of --register span %.4g m: x, y, z are in metres, these "
                  "look like %s\n",
-                 span, span > kLargest ? "millimetres" : "another unit");
+                 span, span > kMaxSpan ? "millimetres" : "another unit");
   }
-  if (pixel > kLargestPixel) {
+  if (pixel > kMaxPixel) {
     std::fprintf(stderr, "calibrate: pixel of %.4g mm: larger than 5 mm\n", 1e3 * pixel);
   }
 }

@@ -157,10 +157,10 @@ void PrintObject(const Scene& scene) {
 }
 
 void PrintChoice(const Scene& scene) {
-  constexpr std::size_t kMostRejected = 8;
+  constexpr std::size_t kMaxRejected = 8;
   const ModelChoice choice = ChooseModel(scene);
   PrintLine("model", choice.kind + ": " + choice.reason);
-  const auto lines = LinesOf(scene.model.decision, kMostRejected);
+  const auto lines = LinesOf(scene.model.decision, kMaxRejected);
   for (std::size_t i = 1; i < lines.size(); ++i) PrintLine("", lines[i]);
 }
 

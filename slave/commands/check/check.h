@@ -9,7 +9,7 @@
 
 #include "slave/mechanics/deformation_model.h"
 #include "slave/scene/scene.h"
-#include "slave/scene/words.h"
+#include "slave/scene/scene_text.h"
 
 namespace palpate {
 

@@ -128,7 +128,7 @@ std::string FittedTo(const Scene& scene) {
   return fmt::format(
       "; the force is fitted to at most {0} points on the membrane, spread evenly, to keep up with "
       "the image rate",
-      PlateLimits::kMostPoints);
+      PlateLimits::kMaxPoints);
 }
 
 std::string RangeInWords(const StereoRig& rig) {
@@ -252,7 +252,7 @@ void PrintDepthCamera(const DepthImages& depth, const Scene& scene) {
   PrintLine("depth", fmt::format("counts of {}, focal length {:.4g} px, {} from the object origin; "
                                  "sigma of one depth {}; depths beyond {} are not used",
                                  LengthInWords(depth.unit), depth.fx, LengthInWords(p_D.norm()),
-                                 LengthInWords(depth.sigma), LengthInWords(FarthestDepth(scene))));
+                                 LengthInWords(depth.sigma), LengthInWords(MaxDepth(scene))));
 }
 
 }  // namespace

@@ -42,7 +42,7 @@ std::string ContentOf(const grpc::ByteBuffer& buffer) {
 
 // Describes the program that answers at `endpoint` in place of a slave.
 std::string WhatAnswers(const Endpoint& endpoint) {
-  constexpr timeval kPatience{1, 0};
+  constexpr timeval kTimeout{1, 0};
   addrinfo hints{};
   hints.ai_socktype = SOCK_STREAM;
   addrinfo* found = nullptr;
@@ -53,8 +53,8 @@ std::string WhatAnswers(const Endpoint& endpoint) {
   const std::unique_ptr<addrinfo, decltype(&freeaddrinfo)> owned(found, freeaddrinfo);
   const int socket = ::socket(found->ai_family, SOCK_STREAM | SOCK_CLOEXEC, 0);
   if (socket < 0) return "no connection";
-  setsockopt(socket, SOL_SOCKET, SO_RCVTIMEO, &kPatience, sizeof kPatience);
-  setsockopt(socket, SOL_SOCKET, SO_SNDTIMEO, &kPatience, sizeof kPatience);
+  setsockopt(socket, SOL_SOCKET, SO_RCVTIMEO, &kTimeout, sizeof kTimeout);
+  setsockopt(socket, SOL_SOCKET, SO_SNDTIMEO, &kTimeout, sizeof kTimeout);
   std::string words = "nothing listens there";
   if (connect(socket, found->ai_addr, found->ai_addrlen) == 0) {
     constexpr std::string_view kGet = "GET / HTTP/1.0\r\n\r\n";

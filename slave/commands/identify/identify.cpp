@@ -18,7 +18,7 @@ const char* const kIdentifyHelp = R"(DATA is KIND=FILE.csv, where KIND is
   relaxation                       time, strain or shear, stress; gives a Prony series
   press                            case,x,y,z,dx,dy,dz,fx,fy,fz as `solve` writes them; gives E
   loads                            case,x,y,z,fx,fy,fz,dx,dy,dz of points under gravity; gives E
-  pictures                         [sequence,]force of the samples that --scene records; gives E
+  images                           [sequence,]force of the samples that --scene records; gives E
 or FILE.csv alone with columns F11 ... F33 and P11 ... (nominal) or sigma11 ... (true stress).
 All tests of one call are of one material. The header names the units, `Load (N)` or `P_MPa`.
 Without a unit a column is in SI units. Remarks above the header are skipped. Forces and
@@ -37,7 +37,7 @@ Examples:
   palpate-slave identify relaxation=hold.csv --out build/adhesive
   palpate-slave identify press=answers.csv --scene deploy/scenes/foam-cube.yaml --out build/cube
   palpate-slave identify loads=sag.csv --scene beam.yaml --out build/beam
-  palpate-slave identify pictures=loadcell.csv --scene recorded.yaml --out build/recorded)";
+  palpate-slave identify images=loadcell.csv --scene recorded.yaml --out build/recorded)";
 
 int RunIdentify(const IdentifyOptions& options, const std::stop_token& stop) {
   RequireOtherThan("--out", options.out, {"report.json"}, InputFilesOf(options));

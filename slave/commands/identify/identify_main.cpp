@@ -30,11 +30,10 @@ void AddIdentifyOptions(CLI::App* command, IdentifyOptions* options) {
   command->add_option("--y", options->y, "Name of the load column");
   command->add_option("--from", options->from, "Use rows whose absolute strain is at least this");
   command->add_option("--to", options->to, "Use rows whose absolute strain is at most this");
-  command->add_option("--scene", options->scene, "For press, loads and pictures: scene file (YAML)")
+  command->add_option("--scene", options->scene, "For press, loads and images: scene file (YAML)")
       ->type_name("FILE");
-  command->add_option(
-      "--override", options->overrides,
-      "For press, loads and pictures: replace a value of the scene, key.path=value");
+  command->add_option("--override", options->overrides,
+                      "For press, loads and images: replace a value of the scene, key.path=value");
   command
       ->add_option("--width", options->width,
                    "For press and loads: contact width of rows without one [m]")

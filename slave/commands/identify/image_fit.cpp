@@ -21,8 +21,8 @@
 namespace palpate {
 namespace {
 
-constexpr double kLargest = 1e9;
-constexpr int kMostPasses = 8, kFewestPresses = 3;
+constexpr double kMaxForce = 1e9;
+constexpr int kMaxPasses = 8, kMinPresses = 3;
 constexpr double kSettled = 1e-3;  // of s, from 1
 
 using Forces = std::map<std::uint64_t, double>;  // of samples [N]
@@ -45,9 +45,9 @@ Forces ReadForces(const std::filesystem::path& file) {
     }
     Eigen::Vector3d f = Eigen::Vector3d::Zero();
     for (std::size_t k = 0; k < 3; ++k) {
-      if (!size) f[static_cast<Eigen::Index>(k)] = rows.Number(*parts[k], kLargest);
+      if (!size) f[static_cast<Eigen::Index>(k)] = rows.Number(*parts[k], kMaxForce);
     }
-    const double force = size ? std::abs(rows.Number(*size, kLargest)) : f.norm();
+    const double force = size ? std::abs(rows.Number(*size, kMaxForce)) : f.norm();
     if (!forces.emplace(static_cast<std::uint64_t>(number), force).second) {
       rows.Fail("sequence: expected each sample once");
     }
@@ -112,11 +112,11 @@ int Pressed(const std::vector<Pair>& pairs, const std::filesystem::path& file) {
   const auto pressed = static_cast<int>(
       std::ranges::count_if(pairs, [](const Pair& pair) { return pair.estimated > 0; }));
   const auto [least, most] = std::ranges::minmax(pairs, {}, &Pair::estimated);
-  if (pressed >= kFewestPresses && most.estimated > 1.1 * least.estimated) return pressed;
+  if (pressed >= kMinPresses && most.estimated > 1.1 * least.estimated) return pressed;
   throw std::runtime_error(
       fmt::format("{}: {} samples with a known force have a valid contact: expected {} or "
                   "more, with different forces",
-                  file.string(), pressed, kFewestPresses));
+                  file.string(), pressed, kMinPresses));
 }
 
 }  // namespace
@@ -125,7 +125,7 @@ ImageFit FitImages(const Scene& scene, const std::filesystem::path& file,
                    const std::stop_token& stop) {
   if (IsSimulated(scene)) {
     throw std::invalid_argument(
-        "pictures: expected a scene with recorded images or samples; a simulated one has the "
+        "images: expected a scene with recorded images or samples; a simulated one has the "
         "modulus of the scene");
   }
   const Forces forces = ReadForces(file);
@@ -134,7 +134,7 @@ ImageFit FitImages(const Scene& scene, const std::filesystem::path& file,
   tried.object.material.young_modulus_tolerance = 0;  // which is sought
   const bool is_dome = std::holds_alternative<DomeGeometry>(scene.object.geometry);
   ImageFit fit;
-  for (Line line; fit.passes < kMostPasses && std::abs(line.slope - 1) > kSettled;) {
+  for (Line line; fit.passes < kMaxPasses && std::abs(line.slope - 1) > kSettled;) {
     const std::vector<Pair> pairs = EstimateAll(tried, forces, stop);
     ++fit.passes;
     if (pairs.empty()) Pressed({{}}, file);

@@ -92,18 +92,18 @@ void PrintFrames(const Scene& scene, const std::filesystem::path& out) {
 
 void RefuseImages(const ProcessOptions& options, const Scene& scene) {
   if (!options.images && !options.frames) return;
-  throw std::invalid_argument(std::string(options.images ? "--pictures" : "--frames") + ": " +
+  throw std::invalid_argument(std::string(options.images ? "--images" : "--frames") + ": " +
                               scene.file.string() + " has no camera");
 }
 
 // The value of --duration [s]; 0: absent.
 double Duration(const ProcessOptions& options, const Scene& scene) {
-  constexpr double kLongest = 86400;  // [s]
+  constexpr double kMaxDuration = 86400;  // [s]
   if (!options.duration) return 0;
   const double duration = *options.duration;
-  if (!(duration > 0 && duration <= kLongest)) {
+  if (!(duration > 0 && duration <= kMaxDuration)) {
     throw std::invalid_argument(
-        fmt::format("--duration = {:g}: expected 0 < seconds <= {:g}", duration, kLongest));
+        fmt::format("--duration = {:g}: expected 0 < seconds <= {:g}", duration, kMaxDuration));
   }
   if (!HasStereoOrDepth(scene.sense)) {
     throw std::invalid_argument(
@@ -120,7 +120,7 @@ int RunProcess(const ProcessOptions& options, const std::stop_token& stop) {
   const Scene scene = LoadRunningScene(options.scene, options.overrides, SceneUse::kFull, stop);
   const auto inputs = InputFilesOf(scene);
   RequireOtherThan("--out", options.out, {"states.csv", "summary.json"}, inputs);
-  if (options.images) RequireOtherThan("--pictures", options.out, {"pictures"}, inputs);
+  if (options.images) RequireOtherThan("--images", options.out, {"images"}, inputs);
   if (options.frames) {
     RequireOtherThan("--frames", options.out,
                      {"frames", "frames/left", "frames/right", "frames/rig.yaml"}, inputs);

@@ -23,7 +23,7 @@
 namespace palpate {
 namespace {
 
-constexpr std::chrono::seconds kLongest(60);
+constexpr std::chrono::seconds kMaxTime(60);
 
 std::vector<Eigen::Vector2d> ReadCorners(const std::filesystem::path& file) {
   CsvTable table(file, {{"u"}, {"v"}});
@@ -73,14 +73,14 @@ FoundBoard SetupSession::FindBoard(const BoardImages& board, Progress* progress)
       program,
       {"--left", "*.png", "--board", fmt::format("{}x{}", board.columns, board.rows), "--square",
        fmt::format("{} mm", 1e3 * board.square), "--out", "lens.yaml", "--corners", "corners.csv"},
-      folder.path(), kLongest, StopOf(progress));
+      folder.path(), kMaxTime, StopOf(progress));
   const auto corners = folder.path() / "corners.csv", lens = folder.path() / "lens.yaml";
   if (!std::filesystem::exists(corners)) throw std::runtime_error(LastLine(end.output));
   FoundBoard found;
   found.corners = ReadCorners(corners);
   if (end.status == 0 && std::filesystem::exists(lens)) {
-    constexpr std::uintmax_t kMost = 1 << 20;
-    found.lens = ReadWholeFile(lens, kMost, "a lens");
+    constexpr std::uintmax_t kMaxBytes = 1 << 20;
+    found.lens = ReadWholeFile(lens, kMaxBytes, "a lens");
     const Lens calibrated = ReadLens(lens);
     found.straight = LensWarp::Straightening(calibrated).Apply(image);
     for (Eigen::Vector2d& p : found.corners) p = Straight(calibrated, p).value_or(p);

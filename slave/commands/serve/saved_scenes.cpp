@@ -99,8 +99,8 @@ void SavedScenes::AdoptPlainFiles() const {
   try {
     const auto copy = [&](std::string_view name) {
       if (!fs::is_regular_file(folder_ / name)) return;
-      constexpr std::uintmax_t kMost = 64 << 20;
-      WriteDurably(adopted / name, ReadWholeFile(folder_ / name, kMost, "a file of a scene"));
+      constexpr std::uintmax_t kMaxBytes = 64 << 20;
+      WriteDurably(adopted / name, ReadWholeFile(folder_ / name, kMaxBytes, "a file of a scene"));
     };
     copy(kScene);
     std::ranges::for_each(kFiles, copy);

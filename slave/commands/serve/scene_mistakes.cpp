@@ -11,8 +11,8 @@
 namespace palpate {
 namespace {
 
-constexpr std::size_t kLongestPart = 600;  // [bytes]
-constexpr std::size_t kMostLines = 20;
+constexpr std::size_t kMaxPartLength = 600;  // [bytes]
+constexpr std::size_t kMaxLines = 20;
 
 bool IsInKey(char c) {
   return (c >= 'a' && c <= 'z') || (c >= '0' && c <= '9') || c == '_' || c == '.';
@@ -63,7 +63,7 @@ SceneMistake MistakeIn(const std::string& message) {
   std::string_view text = message;
   SceneMistake mistake;
   if (const std::size_t at = text.rfind(kExpected); at != std::string_view::npos) {
-    mistake.expected = Shown(text.substr(at + kExpected.size()), kLongestPart);
+    mistake.expected = Shown(text.substr(at + kExpected.size()), kMaxPartLength);
     text = text.substr(0, at);
   }
   const std::string_view key = KeyIn(text);
@@ -80,14 +80,14 @@ SceneMistake MistakeIn(const std::string& message) {
     }
     if (text.starts_with(kColon)) text = text.substr(kColon.size());
   }
-  mistake.message = Shown(text, kLongestPart);
+  mistake.message = Shown(text, kMaxPartLength);
   if (mistake.key.starts_with("camera.")) mistake.key.insert(0, "sense.");
   return mistake;
 }
 
 std::string InWords(const std::vector<SceneMistake>& mistakes) {
   std::string words;
-  for (std::size_t i = 0; i < std::min(mistakes.size(), kMostLines); ++i) {
+  for (std::size_t i = 0; i < std::min(mistakes.size(), kMaxLines); ++i) {
     const SceneMistake& mistake = mistakes[i];
     words += words.empty() ? "" : "\n";
     if (mistake.line > 0) words += fmt::format("line {}: ", mistake.line);
@@ -96,8 +96,8 @@ std::string InWords(const std::vector<SceneMistake>& mistakes) {
     if (!mistake.message.empty()) words += (mistake.key.empty() ? "" : ": ") + mistake.message;
     if (!mistake.expected.empty()) words += ": expected " + mistake.expected;
   }
-  if (mistakes.size() > kMostLines) {
-    words += fmt::format("\nand {} more mistakes", mistakes.size() - kMostLines);
+  if (mistakes.size() > kMaxLines) {
+    words += fmt::format("\nand {} more mistakes", mistakes.size() - kMaxLines);
   }
   return words;
 }

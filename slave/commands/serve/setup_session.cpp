@@ -24,18 +24,18 @@
 #include "slave/program/private_folder.h"
 #include "slave/scene/document.h"
 #include "slave/scene/scene_loader.h"
-#include "slave/scene/words.h"
+#include "slave/scene/scene_text.h"
 #include "slave/vision/tool_end.h"
 
 namespace palpate {
 namespace {
 
 constexpr const char* kSceneName = "scene.yaml";
-constexpr std::size_t kLongestName = 60;
-constexpr std::size_t kMostBytes = std::size_t{32} << 20;
+constexpr std::size_t kMaxNameLength = 60;
+constexpr std::size_t kMaxProposalBytes = std::size_t{32} << 20;
 
 [[noreturn]] void RefuseFile(const std::string& name, const std::string& accepted) {
-  throw std::invalid_argument("files[" + Presentable(name, kLongestName) + "]: expected " +
+  throw std::invalid_argument("files[" + Presentable(name, kMaxNameLength) + "]: expected " +
                               accepted);
 }
 
@@ -49,7 +49,7 @@ void RequireFiles(const SceneProposal& proposal) {
     RequireName(name);
     bytes += content.size();
   }
-  if (bytes > kMostBytes) {
+  if (bytes > kMaxProposalBytes) {
     throw std::invalid_argument(
         fmt::format("scene and files of {:.1f} MB: expected at most 32 MiB together",
                     1e-6 * static_cast<double>(bytes)));
@@ -88,10 +88,10 @@ bool LeavesFolder(const std::filesystem::path& name) {
 // Values that name files beside those of the proposal. They are found before anything is opened.
 void AddForeignNames(const DocumentNode& node, const std::string& path, const SharedCamera& camera,
                      std::vector<SceneMistake>* mistakes) {
-  constexpr std::size_t kMostMistakes = 50, kLongestPath = 200;
+  constexpr std::size_t kMaxMistakes = 50, kMaxPathLength = 200;
   for (const DocumentNode& child : node.children) {
-    if (mistakes->size() >= kMostMistakes) return;
-    const bool is_known = path.size() < kLongestPath;  // no key of a scene has a longer one
+    if (mistakes->size() >= kMaxMistakes) return;
+    const bool is_known = path.size() < kMaxPathLength;  // no key of a scene has a longer one
     const std::string below = path.empty() ? child.key : is_known ? path + "." + child.key : path;
     AddForeignNames(child, below, camera, mistakes);
   }

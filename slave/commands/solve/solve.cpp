@@ -61,8 +61,8 @@ bool SolveInTime(const Case& one, const std::vector<SolveRow>& rows, Deformation
   const double step = model->info().step;
   double end = 0;
   for (const auto& history : histories) end = std::max(end, history.end());
-  constexpr double kMostRows = 1e7;
-  if (end / step * static_cast<double>(histories.size()) > kMostRows) {
+  constexpr double kMaxRows = 1e7;
+  if (end / step * static_cast<double>(histories.size()) > kMaxRows) {
     throw std::invalid_argument("case " + rows[one.front()].case_name +
                                 ": a history of more than ten million rows: expected a shorter "
                                 "one, or longer steps");

@@ -15,13 +15,13 @@ namespace {
 
 using Eigen::Vector3d;
 
-constexpr double kLargest = 1e12;
-constexpr double kLongestGap = 1;     // between rows of a record [s]
+constexpr double kMaxValue = 1e12;
+constexpr double kMaxGap = 1;         // between rows of a record [s]
 constexpr double kUsualSigma = 0.01;  // of a known force
 
 // NaN: an empty cell or an absent column.
 double NumberOf(const CsvTable& table, std::string_view name) {
-  return table.IsAbsent(name) ? kUnknown : table.Number(*table.Find(name), kLargest);
+  return table.IsAbsent(name) ? kUnknown : table.Number(*table.Find(name), kMaxValue);
 }
 
 std::string TextOf(const CsvTable& table, std::string_view name) {
@@ -51,7 +51,7 @@ std::optional<KnownLoad> RecordAt(const std::vector<KnownLoad>& loads, double t)
   if (after->from == t) return *after;
   if (after == loads.begin()) return std::nullopt;
   const KnownLoad &a = *std::prev(after), &b = *after;
-  if (b.from - a.from > kLongestGap) return std::nullopt;
+  if (b.from - a.from > kMaxGap) return std::nullopt;
   const double share = (t - a.from) / (b.from - a.from);
   KnownLoad between = a;
   between.force += share * (b.force - a.force);

@@ -53,8 +53,8 @@ LiveStates::~LiveStates() = default;
 std::vector<ForceRow> LiveStates::Watch(double seconds, const std::stop_token& stop) {
   using std::chrono::duration;
   using std::chrono::system_clock;
-  constexpr double kPatience = 5, kRetry = 0.2;  // [s]
-  constexpr std::size_t kMost = 200;             // states that a sample may be older than its state
+  constexpr double kTimeout = 5, kRetry = 0.2;  // [s]
+  constexpr std::size_t kMaxStates = 200;       // states that a sample may be older than its state
   const auto begin = system_clock::now();
   const auto elapsed = [begin] { return duration<double>(system_clock::now() - begin).count(); };
   std::vector<ForceRow> rows;
@@ -63,14 +63,14 @@ std::vector<ForceRow> LiveStates::Watch(double seconds, const std::stop_token& s
   do {
     grpc::ClientContext context;
     context.set_deadline(begin + std::chrono::duration_cast<system_clock::duration>(
-                                     duration<double>(seconds + kPatience)));
+                                     duration<double>(seconds + kTimeout)));
     const std::stop_callback cancel(stop, [&] { context.TryCancel(); });
     const auto stream = connection_->stub->WatchState(&context, {});
     std::vector<SlaveState> last;
     for (v1::SlaveState message; !is_complete && stream->Read(&message);) {
       const std::optional<SlaveState> state = FromProto(message, &why);
       if (!state) continue;
-      if (last.size() == kMost) last.erase(last.begin(), last.begin() + kMost / 2);
+      if (last.size() == kMaxStates) last.erase(last.begin(), last.begin() + kMaxStates / 2);
       last.push_back(*state);
       const bool is_first = !start_;
       if (is_first) start_ = state->sensed_at;
@@ -95,7 +95,7 @@ std::vector<ForceRow> LiveStates::Watch(double seconds, const std::stop_token& s
     const grpc::Status status = stream->Finish();
     if (why.empty()) why = Presentable(status.error_message(), 300);
     if (!is_complete) std::this_thread::sleep_for(duration<double>(kRetry));
-  } while (!is_complete && !stop.stop_requested() && elapsed() < seconds + kPatience);
+  } while (!is_complete && !stop.stop_requested() && elapsed() < seconds + kTimeout);
   if (rows.empty() && !stop.stop_requested()) {
     throw std::runtime_error(address_ + ": no state from a slave: " + why);
   }

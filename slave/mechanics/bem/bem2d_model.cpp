@@ -19,7 +19,7 @@ using Eigen::Vector2d;
 
 // Error of the compliance [-]. [derived: the accepted 5 %, less a fifth of it because the estimate
 // is the beginning of a series]
-constexpr double kMostMissing = 0.04;
+constexpr double kMaxMissing = 0.04;
 // Error of the moment by force times width over the number of elements of the patch [-]. [tuned:
 // contact_moment_test]
 constexpr double kSpreadByElements = 0.1;
@@ -44,9 +44,9 @@ double LargerSideOf(const BoundaryMesh& mesh) {
 
 // Displacements on the whole boundary of a body that is almost incompressible leave its pressure
 // unknown.
-int MostRows(const GreensFunctions& greens) {
+int MaxRows(const GreensFunctions& greens) {
   const auto& problem = greens.problem();
-  if (problem.plane != Plane::kStrain || problem.nu <= GreensFunctions::kLargestNuAllHeld) {
+  if (problem.plane != Plane::kStrain || problem.nu <= GreensFunctions::kMaxNuAllHeld) {
     return std::numeric_limits<int>::max();
   }
   int free = 0;
@@ -69,10 +69,10 @@ Bem2dModel::Bem2dModel(ReferenceProblem problem, const Params& params, Progress*
                .range = params.range,
                .contact = params.contact,
                .thickness = params.thickness,
-               .moment = {ElementPlaces::kFewestForMoment,
+               .moment = {ElementPlaces::kMinForMoment,
                           kSpreadByElements * greens_.element_nodes().count}}),
       force_unit_(params.young_modulus * greens_.length_unit() * params.thickness),
-      most_rows_(MostRows(greens_)),
+      max_rows_(MaxRows(greens_)),
       probe_forces_(greens_.error().probes()) {
   const BoundaryMesh& mesh = greens_.problem().mesh;
   for (int i = 0; i < mesh.size(); ++i) {
@@ -124,14 +124,14 @@ void Bem2dModel::ComputeResponses(std::span<const Contact> contacts,
   } else if (IsFalsified(responses)) {
     for (ContactResponse& response : responses) {
       response.validity = Validity::kExtrapolated;
-      response.doubt = kCoarseElements;
+      response.flag_reason = kCoarseElements;
     }
   }
 }
 
 // Finds the forces too, where they count.
 bool Bem2dModel::Accept() {
-  if (solver_.rows() > most_rows_) {
+  if (solver_.rows() > max_rows_) {
     return Fail("displacements are prescribed on the whole boundary of an incompressible body");
   }
   const bool must_balance = greens_.free_motions() > 0 && solver_.rows() == 0;
@@ -201,7 +201,7 @@ bool Bem2dModel::IsFalsified(std::span<const ContactResponse> responses) noexcep
           share * responses[i].force_O.head<2>();
     }
   }
-  return error.MissingPart(probe_forces_) > kMostMissing;
+  return error.MissingPart(probe_forces_) > kMaxMissing;
 }
 
 void Bem2dModel::ComputeDisplacements(std::vector<Eigen::Vector3d>* u_O) {

@@ -85,7 +85,7 @@ class Bem2dModel final : public DeformationModel {
   ElementPlaces places_;
   ComplianceSolver solver_;
   double force_unit_ = 0;  // E times length unit times thickness [N]
-  int most_rows_ = 0;      // components that may be unknown
+  int max_rows_ = 0;       // components that may be unknown
   bool answered_ = false;
   std::vector<PlaceForce> forces_;  // of the last answer, where they count for it
   std::vector<Eigen::Vector2d> probe_forces_;

@@ -17,7 +17,7 @@ using Eigen::Vector2d;
 constexpr int kReportEvery = 16;  // elements
 
 // Contributions of the element's Legendre modes at a point.
-using ModeBlocks = std::array<KelvinBlocks<double>, kLargestNodeCount>;
+using ModeBlocks = std::array<KelvinBlocks<double>, kMaxNodeCount>;
 
 void Integrate(const KelvinConstants& constants, const ElementView& view, int modes,
                ModeBlocks* blocks) {

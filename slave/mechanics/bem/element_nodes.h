@@ -17,16 +17,16 @@
 
 namespace palpate {
 
-constexpr int kLargestNodeCount = 3;
-constexpr int kModes = kLargestNodeCount + 1;  // Legendre's polynomials that are integrated
+constexpr int kMaxNodeCount = 3;
+constexpr int kModes = kMaxNodeCount + 1;  // Legendre's polynomials that are integrated
 
 // On -1 <= s <= 1. P_k: Legendre's polynomials.
 struct ElementNodes {
   int count = 1;
-  std::array<double, kLargestNodeCount> s{};
-  std::array<double, kLargestNodeCount> weight{};  // sum: 1
+  std::array<double, kMaxNodeCount> s{};
+  std::array<double, kMaxNodeCount> weight{};  // sum: 1
   // The basis function of node m, one there and zero at the others, is sum_k mode[m][k] P_k(s).
-  std::array<std::array<double, kLargestNodeCount>, kLargestNodeCount> mode{};
+  std::array<std::array<double, kMaxNodeCount>, kMaxNodeCount> mode{};
 
   // The basis function of node m at `at`, which may lie beyond the element's ends, -1 and 1.
   [[nodiscard]] double At(std::size_t m, double at) const {

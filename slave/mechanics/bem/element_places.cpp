@@ -12,7 +12,7 @@ namespace {
 
 using Eigen::Vector2d;
 
-constexpr double kMostOff = 0.1;  // of the stiffness
+constexpr double kMaxOff = 0.1;  // of the stiffness
 
 }  // namespace
 
@@ -42,7 +42,7 @@ std::string_view ElementPlaces::Find(const Contact& contact, ContactFootprint* f
     }
   }
   for (PlaceWeight& place : footprint->places) place.weight /= length;
-  if (contact.width > 0 && footprint->places.size() >= kFewestForMoment) {
+  if (contact.width > 0 && footprint->places.size() >= kMinForMoment) {
     SetArms(contact, element, footprint);
   }
   return {};
@@ -70,7 +70,7 @@ bool ElementPlaces::IsCoarse(double width) const {
   double length = 0;
   for (const int e : elements_) length += greens_.problem().mesh.elements[Index(e)].length();
   const double lacking = std::abs(std::log(length / width));
-  return lacking > kMostOff * std::max(1.0, std::log(kBody * larger_side_ / length));
+  return lacking > kMaxOff * std::max(1.0, std::log(kBody * larger_side_ / length));
 }
 
 // Computes moment arms as if the patch of whole elements were centred at the contact. They are

@@ -17,7 +17,7 @@ namespace palpate {
 class ElementPlaces final : public ContactPlaces {
  public:
   // Nodes of a patch below which the moment of its force is unknown.
-  static constexpr std::size_t kFewestForMoment = 2;
+  static constexpr std::size_t kMinForMoment = 2;
 
   // `larger_side`: of the body [m].
   ElementPlaces(const GreensFunctions& greens, double larger_side);

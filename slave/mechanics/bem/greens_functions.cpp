@@ -16,7 +16,7 @@
 namespace palpate {
 namespace {
 
-constexpr double kSmallestReciprocalCondition = 1e-13;
+constexpr double kMinReciprocalCondition = 1e-13;
 constexpr double kMatricesAtOnce = 2;   // A and E, then E and the blocks
 constexpr double kPerIntegral = 60e-9;  // [s] for each entry of A and Abar
 constexpr double kOperationsPerSecond = 3e10;
@@ -46,7 +46,7 @@ void RequireUsable(const ReferenceProblem& problem) {
   }
   RequirePositive("length unit", mesh.length_unit);
   if (problem.plane == Plane::kStrain && AllHeld(problem) &&
-      problem.nu > GreensFunctions::kLargestNuAllHeld) {
+      problem.nu > GreensFunctions::kMaxNuAllHeld) {
     RefuseValue("poisson_ratio", problem.nu,
                 "at most 0.499 in plane strain for a body whose whole boundary is fixed (the "
                 "boundary integrals do not determine the pressure near 0.5)");
@@ -55,7 +55,7 @@ void RequireUsable(const ReferenceProblem& problem) {
 
 bool NeedsHolePressures(const ReferenceProblem& problem) {
   const bool plain = problem.order == ElementOrder::kConstant &&
-                     problem.nu <= GreensFunctions::kLargestNuWithoutHolePressures;
+                     problem.nu <= GreensFunctions::kMaxNuWithoutHolePressures;
   return problem.plane == Plane::kStrain && problem.mesh.loop_begin.size() > 2 && !plain;
 }
 
@@ -100,7 +100,7 @@ void GreensFunctions::Solve(DenseLu lu, Eigen::MatrixXd* E, Progress* progress) 
     regular = lu.FactorizeNext();
   }
   const double reciprocal = regular ? lu.ReciprocalCondition() : 0;
-  if (!(reciprocal > kSmallestReciprocalCondition)) {
+  if (!(reciprocal > kMinReciprocalCondition)) {
     throw std::invalid_argument(
         "the boundary element system is singular (condition > 1e13): the outline touches itself, "
         "or its elements differ too much in length");

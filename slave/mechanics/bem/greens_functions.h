@@ -30,10 +30,10 @@ class GreensFunctions final : public Compliance {
   // pressures: the error of the plain equations grows as 1 / (1 - 2 nu), constant elements have 5 %
   // at 0.49 with 60 elements on the hole. Beyond it, and for linear and quadratic elements always,
   // BoundarySystem::AppendHolePressures keeps the error what it is at any other nu.
-  static constexpr double kLargestNuWithoutHolePressures = 0.49;
+  static constexpr double kMaxNuWithoutHolePressures = 0.49;
   // Largest Poisson ratio in plane strain when displacements are prescribed on the whole boundary:
   // the pressure level is then known only through 1 / (1 - 2 nu).
-  static constexpr double kLargestNuAllHeld = 0.499;
+  static constexpr double kMaxNuAllHeld = 0.499;
 
   // Assembles and solves: O(N^3), N nodes. Reports to `progress`, if there is one. Throws
   // std::invalid_argument: fewer than three elements, elements without length, nu out of range or

@@ -23,7 +23,7 @@ struct ForceUnknown {
     int place = -1;
     double weight = 0;
   };
-  std::array<Share, kMostPointPlaces> shares;
+  std::array<Share, kMaxPointPlaces> shares;
   int share_count = 0;
   int row = 0;         // of its first component in the capacitance matrix
   int count = 3;       // components that are unknown

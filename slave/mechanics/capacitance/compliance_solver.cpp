@@ -369,8 +369,8 @@ ContactResponse ComplianceSolver::ResponseOf(const ContactSlot& slot,
   const bool is_valid = deflection <= params_.range && !coarse && !slot.on_support;
   response.validity = is_valid ? Validity::kValid : Validity::kExtrapolated;
   response.takes_width = slot.footprint.narrower != 0;
-  if (coarse) response.doubt = kCoarsePatch;
-  if (slot.on_support) response.doubt = kOnSupport;
+  if (coarse) response.flag_reason = kCoarsePatch;
+  if (slot.on_support) response.flag_reason = kOnSupport;
   SetMomentOf(slot, &response);
   return response;
 }

@@ -100,8 +100,8 @@ bool ContactSet::Find(const Contact& contact, ContactSlot* slot) {
   slot->contact = contact;
   slot->footprint.places.clear();
   failure_ = places_.Find(contact, &slot->footprint);
-  if (slot->footprint.places.size() > most_places_) {
-    most_places_ = slot->footprint.places.size();
+  if (slot->footprint.places.size() > max_places_) {
+    max_places_ = slot->footprint.places.size();
     MakeRoom();
   }
   return failure_.empty() && !slot->footprint.places.empty();
@@ -169,7 +169,7 @@ bool ContactSet::AddUnknown(std::span<const PlaceWeight> places, ContactSlot* sl
     if (!(fixed[0] && fixed[1] && fixed[2])) free_weight += places[p].weight;
     for (std::size_t c = 0; c < 3; ++c) held[c] = held[c] && fixed[c];
   }
-  slot->on_support = !alone && free_weight < kLeastFreeWeight;
+  slot->on_support = !alone && free_weight < kMinFreeWeight;
   if (law_ == ContactLaw::kFrictionless) {
     if (slot->footprint.normal_O.isZero(0)) return Refuse("the surface has no normal there");
     unknown.basis.col(0) = slot->footprint.normal_O;

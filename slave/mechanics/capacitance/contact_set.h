@@ -95,8 +95,8 @@ class ContactSet {
   // Gives each slot the storage of the largest contact, because contacts move from slot to slot.
   void MakeRoom() {
     for (auto& slot : slots_) {
-      slot.footprint.places.reserve(most_places_);
-      slot.footprint.arms.reserve(most_places_);
+      slot.footprint.places.reserve(max_places_);
+      slot.footprint.arms.reserve(max_places_);
     }
   }
   bool Number();
@@ -116,7 +116,7 @@ class ContactSet {
   bool crowded_ = false;            // a neighbour kept a contact from a wider disc
   std::vector<ContactSlot> slots_;  // the first count_ are in use: footprints keep their memory
   int count_ = 0;
-  std::size_t most_places_ = 1;  // of a footprint so far: all slots have that much room
+  std::size_t max_places_ = 1;  // of a footprint so far: all slots have that much room
   std::vector<ForceUnknown> unknowns_;
   int rows_ = 0, loads_ = 0;
   std::string_view failure_;

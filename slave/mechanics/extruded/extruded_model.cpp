@@ -158,7 +158,7 @@ void ExtrudedModel::ComputeResponses(std::span<const Contact> contacts,
     response.validity = Validity::kValid;
     if (moved.norm() > params_.range * larger_side_) {
       response.validity = Validity::kExtrapolated;
-      response.doubt = kBeyondRange;
+      response.flag_reason = kBeyondRange;
     }
     shown_ = place;
     moved_O_ = moved;

@@ -24,7 +24,7 @@ using Eigen::Vector3d;
 
 // Length of the elements at the tool's ends by its width, their growth by distance, and the longest
 // by the body's size. [tuned: 16 blocks against bricks: within 1.3 %]
-constexpr double kAtTool = 0.25, kGrowth = 0.5, kLargest = 0.25;
+constexpr double kAtTool = 0.25, kGrowth = 0.5, kMaxEdge = 0.25;
 // Layers through the thickness: the first one beside an end of the tool by the smaller of its
 // extent and width, and their growth. [tuned: the same]
 constexpr double kFirstLayer = 0.35, kLayerGrowth = 3.2;
@@ -58,7 +58,7 @@ double SizeOf(const std::vector<Vector2d>& points) {
 TriangleMesh MeshOf(const Prism& prism, const std::array<Vector2d, 2>& tool) {
   const double width = (tool[1] - tool[0]).norm();
   const double size = SizeAtTool(prism, width);
-  SizeField sizes{kLargest * SizeOf(prism.points), kGrowth, {}};
+  SizeField sizes{kMaxEdge * SizeOf(prism.points), kGrowth, {}};
   const int pieces = std::max(1, static_cast<int>(std::lround(width / (4 * size))));
   for (int i = 0; i <= pieces; ++i) {
     sizes.seeds.push_back({tool[0] + (tool[1] - tool[0]) * i / pieces, size});

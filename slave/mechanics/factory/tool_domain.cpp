@@ -19,8 +19,8 @@ constexpr double kNarrowest = 1e-3;  // of a contact, by l: a point has no width
 // Error of `extruded` by its own mesh [-]. From a Poisson ratio of 0.49 on its elements begin to
 // lock. [measured: five blocks of extruded_model_test, within 3 %; nu = 0.49 by presses.py, 4.8 %]
 constexpr double kExtrudedError = 0.03, kLockingError = 0.05, kLocks = 0.49;
-constexpr double kShortest = 0.25;  // extent of a tool by its width: the same
-constexpr double kUnsure = 0.1;     // of g [measured: plane_thickness.py]
+constexpr double kMinExtent = 0.25;  // extent of a tool by its width: the same
+constexpr double kUnsure = 0.1;      // of g [measured: plane_thickness.py]
 
 struct Lengths {
   double larger = 0, smaller = 0;  // L, l [m]
@@ -96,13 +96,13 @@ ToolDomain::ToolDomain(const Scene& scene, const Tool& tool, const ObjectMesh& m
     Tool through = tool;
     through.depth = std::numeric_limits<double>::infinity();
     const bool thick = PlaneError(scene, through, mesh) > scene.model.tolerance;
-    doubt_ = !tool.depth ? kExtentUnknown : thick ? kNeitherThinNorThick : kExtentTooSmall;
+    flag_reason_ = !tool.depth ? kExtentUnknown : thick ? kNeitherThinNorThick : kExtentTooSmall;
   }
   if (std::holds_alternative<BoundaryMesh>(mesh) && !is_plane) {
-    if (error_ > scene.model.tolerance) doubt_ = kExtrudedMesh;
+    if (error_ > scene.model.tolerance) flag_reason_ = kExtrudedMesh;
     const double T = ThicknessOf(scene.object.geometry);
-    if (tool.depth != scene.tool->depth) doubt_ = kOtherExtent;
-    if (std::min(tool.depth.value_or(T), T) < kShortest * tool.width) doubt_ = kShortExtent;
+    if (tool.depth != scene.tool->depth) flag_reason_ = kOtherExtent;
+    if (std::min(tool.depth.value_or(T), T) < kMinExtent * tool.width) flag_reason_ = kShortExtent;
   }
   const auto* disc = std::get_if<MembraneDisc>(&mesh);
   if (disc != nullptr && tool.IsRigidFace()) {
@@ -112,24 +112,24 @@ ToolDomain::ToolDomain(const Scene& scene, const Tool& tool, const ObjectMesh& m
   }
 }
 
-void ToolDomain::Judge(const Contact& contact, ContactResponse* response) const noexcept {
+void ToolDomain::FlagOutside(const Contact& contact, ContactResponse* response) const noexcept {
   if (contact.kind != Contact::Kind::kDisplacement) return;
   if (response->validity != Validity::kValid || (is_flat_ && contact.width == 0)) return;
-  std::string_view doubt = doubt_;
+  std::string_view flag_reason = flag_reason_;
   if (plate_.radius > 0) {
     PlatePress press = plate_;
     press.tool_radius = contact.width / 2;
     press.place = contact.p_O.head<2>().norm();
     press.depth = contact.prescribed_O.z();
     if (!contact.is_rigid) {
-      doubt = kNoToolOnPlate;
+      flag_reason = kNoToolOnPlate;
     } else if (RigidFaceError(press) > tolerance_) {
-      doubt = kRigidOnPlate;
+      flag_reason = kRigidOnPlate;
     }
   }
-  if (doubt.empty()) return;
+  if (flag_reason.empty()) return;
   response->validity = Validity::kExtrapolated;
-  response->doubt = doubt;
+  response->flag_reason = flag_reason;
 }
 
 }  // namespace palpate

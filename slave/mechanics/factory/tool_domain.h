@@ -76,13 +76,13 @@ class ToolDomain {
 
   // Makes the response of a contact that the tool moves kExtrapolated outside of the domain. Loads
   // and contacts at a point stay as they are. No allocation.
-  void Judge(const Contact& contact, ContactResponse* response) const noexcept;
+  void FlagOutside(const Contact& contact, ContactResponse* response) const noexcept;
   // Relative error of the force within the domain [-].
-  [[nodiscard]] double error() const { return doubt_.empty() ? error_ : 0; }
-  [[nodiscard]] std::string_view doubt() const { return doubt_; }  // at every place
+  [[nodiscard]] double error() const { return flag_reason_.empty() ? error_ : 0; }
+  [[nodiscard]] std::string_view flag_reason() const { return flag_reason_; }  // at every place
 
  private:
-  std::string_view doubt_;
+  std::string_view flag_reason_;
   double error_ = 0;
   double tolerance_ = 0;  // [-]
   PlatePress plate_;      // under a rigid flat tool; radius 0: none

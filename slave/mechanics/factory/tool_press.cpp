@@ -74,7 +74,7 @@ ContactResponse ToolPress::Press(const Contact& contact, DeformationModel* model
   Contact touch = contact;
   touch.is_rigid = is_rigid_face_;
   ContactResponse response = Answer(touch, model, solution);
-  domain_.Judge(touch, &response);
+  domain_.FlagOutside(touch, &response);
   return response;
 }
 
@@ -103,7 +103,7 @@ void ToolPress::CheckPoint(ContactResponse* response) const noexcept {
       std::cbrt(9 * force * force / (16 * plate_->modulus * plate_->modulus * plate_->tool_radius));
   if (ring <= kWidestRing && sunk <= kDeepestSink * depth) return;
   response->validity = Validity::kExtrapolated;
-  response->doubt = kPointOnPlate;
+  response->flag_reason = kPointOnPlate;
 }
 
 }  // namespace palpate

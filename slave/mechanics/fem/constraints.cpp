@@ -14,7 +14,7 @@ namespace {
 using Eigen::Vector3d;
 
 constexpr double kNoWeight = 1e-9;  // of a point's weights, squared
-constexpr int kMostMotions = 24;
+constexpr int kMaxMotions = 24;
 constexpr double kFreeMotionShift = 1e-5;  // keeps the factor definite
 
 // Component `c` of a sum: its weights squared, and what it is of `x`.
@@ -267,7 +267,7 @@ bool Constraints::FindFreeMotions() {
 
 bool Constraints::AddMotion(int part, const HeldMotions& motions,
                             const HeldMotions::Motion& motion) {
-  if (motion_count_ == kMostMotions) return false;
+  if (motion_count_ == kMaxMotions) return false;
   const auto m = Index(motion_count_);
   if (motions_.size() <= m) {
     motions_.emplace_back(Index(body_.size()));

@@ -15,14 +15,14 @@
 namespace palpate::fem {
 namespace {
 
-constexpr std::size_t kMostElements = 4'000'000;
+constexpr std::size_t kMaxElements = 4'000'000;
 constexpr std::size_t kRotationsPerNode = 4;
 
 void Check(const SolidMesh& mesh, const HeldNodes& held) {
   RequireTets(mesh, held);
-  if (mesh.tets.size() <= kMostElements) return;
+  if (mesh.tets.size() <= kMaxElements) return;
   throw std::invalid_argument("elements = " + std::to_string(mesh.tets.size()) +
-                              ": expected 1 to " + std::to_string(kMostElements));
+                              ": expected 1 to " + std::to_string(kMaxElements));
 }
 
 // Coordinates from the box's corner, so that a body far from the origin keeps its digits.

@@ -20,7 +20,7 @@ using fem::NodeVector;
 constexpr double kLinearRange = 0.1;  // of the larger side
 constexpr double kBalanced = 1e-6;    // of the loads' sizes
 // Way of a tool between two accepted states [edges], and what it may be cut to. [tuned: tool_test]
-constexpr double kIncrement = 0.25, kLeastIncrement = 1.0 / 64;
+constexpr double kIncrement = 0.25, kMinIncrement = 1.0 / 64;
 constexpr int kRehearsed = 30'000;          // elements
 constexpr int kRehearsedInSteps = 300'000;  // where a query is a step on two grids
 
@@ -268,7 +268,7 @@ bool FemModel::MoveTools(std::span<const Contact> contacts) {
     const double edge = tools_->at(tool_[k]).edge() * traits_.length_unit;
     parts = std::max(parts, std::ceil(way / (kIncrement * edge)));
   }
-  const double least = kLeastIncrement / parts;
+  const double least = kMinIncrement / parts;
   double done = 0, part = 1 / parts;
   equilibrium_->Begin();
   while (done < 1) {

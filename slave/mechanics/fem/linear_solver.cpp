@@ -13,9 +13,9 @@
 namespace palpate::fem {
 namespace {
 
-constexpr std::size_t kMostEntries = 12'000'000;       // of a factor
-constexpr std::size_t kMostEntriesTwice = 2'000'000;   // of one kept in both precisions
-constexpr std::size_t kMostEntriesLate = 300'000'000;  // of a late one
+constexpr std::size_t kMaxEntries = 12'000'000;       // of a factor
+constexpr std::size_t kMaxEntriesTwice = 2'000'000;   // of one kept in both precisions
+constexpr std::size_t kMaxEntriesLate = 300'000'000;  // of a late one
 // Multiplications of a factorisation done in the time of one of a solution, which waits for memory.
 constexpr double kFactorSpeed = 4;
 // Operations of a factorisation done in the time that an iteration takes per block.
@@ -28,9 +28,9 @@ constexpr double kGridsWorth = 12;  // iterations that new grids must save
 // Solutions in which a factor is replaced, and the share of its worth from which on it is: it ages
 // meanwhile. [tuned: SwingingStep]
 constexpr double kParts = 8, kEarly = 0.5;
-constexpr int kMostIterations = 20'000;
-constexpr int kMostWithFactor = 400;  // iterations with a factor; more make a new one worth it
-constexpr int kPatience = 1'000;      // iterations without a better residual
+constexpr int kMaxIterations = 20'000;
+constexpr int kMaxWithFactor = 400;  // iterations with a factor; more make a new one worth it
+constexpr int kMaxStagnant = 1'000;  // iterations without a better residual
 
 double LargestDiagonal(const BlockMatrix& A) {
   double largest = 0;
@@ -67,9 +67,9 @@ LinearSolver::LinearSolver(const FemBody& body, const Params& params)
   upper_.emplace(body.pattern());
   double_factor_.emplace(upper_->upper());
   const auto entries = double_factor_->entries();
-  direct_ = entries <= kMostEntries && double_factor_->flops() <= params.most_flops;
+  direct_ = entries <= kMaxEntries && double_factor_->flops() <= params.max_flops;
   refactor_worth_ = double_factor_->flops() / (2 * kFactorSpeed * static_cast<double>(entries));
-  late_factor_ = params.late_factor && !direct_ && entries <= kMostEntriesLate;
+  late_factor_ = params.late_factor && !direct_ && entries <= kMaxEntriesLate;
   late_worth_ = static_cast<int>(
       std::min(1e9, double_factor_->flops() / (kLateSpeed * body.pattern().blocks())));
   if ((params.single && direct_) || late_factor_) {
@@ -87,7 +87,7 @@ LinearSolver::LinearSolver(const FemBody& body, const Params& params)
     grids_.emplace(std::span(body.points()).first(Index(body.moving())), body.pattern());
     refactor_worth_ = kGridsWorth;
   }
-  if (!direct_ || (params.single && entries > kMostEntriesTwice)) {
+  if (!direct_ || (params.single && entries > kMaxEntriesTwice)) {
     double_factor_.reset();
   } else {
     double_factor_->Allocate(upper_->upper());
@@ -303,7 +303,7 @@ void LinearSolver::Precondition(const Constraints& constraints, const NodeVector
 SolveOutcome LinearSolver::Iterate(const BlockMatrix& A, const Constraints& constraints,
                                    NodeVector& r, NodeVector& x, double target) noexcept {
   SolveOutcome outcome;
-  int most = has_factor() ? kMostWithFactor : kMostIterations;
+  int most = has_factor() ? kMaxWithFactor : kMaxIterations;
   const bool grows = !has_factor() && late_factor_ && factorable_;
   if (grows) most = std::max(0, late_worth_ - spent_);
   double best = Norm(r);
@@ -321,7 +321,7 @@ SolveOutcome LinearSolver::Iterate(const BlockMatrix& A, const Constraints& cons
       if (!progress_->Continue() || progress_->late()) break;
     }
     if (size < best) best = size, best_at = outcome.iterations;
-    if (!std::isfinite(size) || outcome.iterations - best_at > kPatience) break;
+    if (!std::isfinite(size) || outcome.iterations - best_at > kMaxStagnant) break;
     if (outcome.iterations == 0 && kind_ == Kind::kSingle && next_factor_) FindTurns();
     Precondition(constraints, r, z_);
     const double next = Dot(r, z_);

@@ -36,7 +36,7 @@ class LinearSolver {
     bool single = false;
     // Large bodies get one, of single precision, once it is worth its time.
     bool late_factor = false;
-    double most_flops = kAnyFlops;       // of a factor that goes first
+    double max_flops = kAnyFlops;        // of a factor that goes first
     SearchProgress* progress = nullptr;  // asked on the way whether to stop; may be null
   };
   LinearSolver(const FemBody& body, const Params& params);

@@ -9,21 +9,21 @@
 namespace palpate::fem {
 namespace {
 
-constexpr int kMostSteps = 1000;            // of Newton's method with the warped tangent
-constexpr int kMostHyperelasticSteps = 60;  // the same with the exact tangent
-constexpr double kLeastPart = 1.0 / 64;     // smallest part of a load that is applied in one step
+constexpr int kMaxSteps = 1000;            // of Newton's method with the warped tangent
+constexpr int kMaxHyperelasticSteps = 60;  // the same with the exact tangent
+constexpr double kMinPart = 1.0 / 64;      // smallest part of a load that is applied in one step
 // Operations of a factor that is worth making in every step of the exact tangent.
 constexpr double kFactorOnce = 3e8;
 // Size of a stiffness against every gradient that makes an exact tangent definite, in units of E.
-constexpr double kLeastShift = 1.0 / 64, kMostShift = 4;
-constexpr int kMostHalvings = 24;     // of one such step
+constexpr double kMinShift = 1.0 / 64, kMaxShift = 4;
+constexpr int kMaxHalvings = 24;      // of one such step
 constexpr double kInner = 1e-2;       // of a linear system's right hand side
 constexpr double kErrorShare = 0.3;   // of the residual, left by the estimate of its effect
 constexpr double kLinearShare = 0.5;  // of the residual aimed at, left by a linear system
 constexpr double kForSteps = 0.6;     // share of the deadline for steps; the rest is for the error
 // Share of a motion's square that the newer ones must leave, else it adds no direction [-].
 constexpr double kIndependent = 1e-2;
-constexpr double kMostAhead = 3;  // largest factor of an earlier motion in the prediction [-]
+constexpr double kMaxAhead = 3;  // largest factor of an earlier motion in the prediction [-]
 constexpr double kSufficient = 1e-4;
 // Where a factor makes digits cheap, the residual is driven this far below the requested one.
 constexpr double kAimDirect = 1e-4, kAimIterative = 0.3, kAimTouching = 0.6;
@@ -55,7 +55,7 @@ StaticEquilibrium::StaticEquilibrium(FemBody& body, const Params& params)
       progress_(params.progress, params.linear),
       tangent_(body.pattern()),
       solver_(body, {.late_factor = !hyperelastic_,
-                     .most_flops = hyperelastic_ ? kFactorOnce : LinearSolver::kAnyFlops,
+                     .max_flops = hyperelastic_ ? kFactorOnce : LinearSolver::kAnyFlops,
                      .progress = &progress_}) {
   for (auto* x : {&u_, &last_u_, &good_u_, &f_ext_, &last_f_, &f_int_, &r_, &x_, &lift_, &trial_,
                   &reaction_, &f_base_}) {
@@ -67,13 +67,13 @@ StaticEquilibrium::StaticEquilibrium(FemBody& body, const Params& params)
   }
 }
 
-double StaticEquilibrium::AimOf() const {
+double StaticEquilibrium::TargetResidual() const {
   if (solver_.direct()) return kAimDirect * params_.residual;
   return (tools_ != nullptr ? kAimTouching : kAimIterative) * params_.residual;
 }
 
-double StaticEquilibrium::GapSlack() const {
-  return tools_ != nullptr ? AimOf() * tools_->depth() : 0;
+double StaticEquilibrium::GapTolerance() const {
+  return tools_ != nullptr ? TargetResidual() * tools_->depth() : 0;
 }
 
 void StaticEquilibrium::Reset() noexcept {
@@ -103,14 +103,14 @@ bool StaticEquilibrium::Increment(const NodeVector& f_ext, const Constraints& co
   if (!is_current_) Update(With::kForces);
   tools.Load(f_base_, &f_ext_);
   FreeResidual(constraints);
-  tools.Judge(u_, reaction_, AimOf(), false);
+  tools.UpdateTouching(u_, reaction_, TargetResidual(), false);
   solver_.HoldOthers();
-  holds_others_ = true;
+  has_new_constraints_ = true;
   Predict(constraints);
-  tools.Judge(u_, reaction_, AimOf(), false);
+  tools.UpdateTouching(u_, reaction_, TargetResidual(), false);
   tools.Load(f_base_, &f_ext_);
   const bool found = Iterate(constraints, 1);
-  tangent_serves_ = false;
+  keeps_tangent_ = false;
   if (found) {
     last_f_ = f_ext;
     LearnMotion(constraints);
@@ -164,7 +164,7 @@ bool StaticEquilibrium::SolveInParts(const NodeVector& f_ext,
       continue;
     }
     part /= 2;
-    if (progress_.stopped() || part < kLeastPart || params_.linear) return false;
+    if (progress_.stopped() || part < kMinPart || params_.linear) return false;
     Retreat(good_u_);
   }
   last_f_ = f_ext;
@@ -180,7 +180,7 @@ void StaticEquilibrium::Predict(const Constraints& constraints) noexcept {
     tools_->at(k).Carry(tools_->Way(k), &lift_);
   }
   bool predicted = false;
-  const bool renews = std::exchange(holds_others_, false);
+  const bool renews = std::exchange(has_new_constraints_, false);
   for (int i = 0; renews && i < motion_count_; ++i) FindHeld(constraints, &motions_[Index(i)]);
   for (int i = 0; i < motion_count_; ++i) {
     Motion& motion = motions_[Index(i)];
@@ -195,7 +195,7 @@ void StaticEquilibrium::Predict(const Constraints& constraints) noexcept {
     const double square = Dot(motion.contacts, motion.contacts);
     motion.is_independent = square > kIndependent * motion.square;
     const double amount = Dot(motion.contacts, lift_) / square;
-    if (!motion.is_independent || !(std::abs(amount) <= kMostAhead)) continue;
+    if (!motion.is_independent || !(std::abs(amount) <= kMaxAhead)) continue;
     Add(-amount, motion.contacts, lift_);
     Add(amount, motion.body, u_);
     predicted = true;
@@ -210,7 +210,7 @@ void StaticEquilibrium::Predict(const Constraints& constraints) noexcept {
 void StaticEquilibrium::FindHeld(const Constraints& constraints, Motion* motion) const noexcept {
   constraints.HeldPart(motion->body, motion->contacts);
   if (tools_ != nullptr) {
-    tools_->Carry(std::span(motion->ways).first(Index(motion->way_count)), &motion->contacts);
+    tools_->Carry(std::span(motion->paths).first(Index(motion->path_count)), &motion->contacts);
   }
   motion->square = Dot(motion->contacts, motion->contacts);
 }
@@ -221,10 +221,10 @@ void StaticEquilibrium::LearnMotion(const Constraints& constraints) noexcept {
   Motion& motion = motions_[0];
   motion.body = u_;
   Add(-1, last_u_, motion.body);
-  motion.way_count = 0;
-  for (int k = 0; tools_ != nullptr && k < std::min(tools_->size(), static_cast<int>(kMostWays));
+  motion.path_count = 0;
+  for (int k = 0; tools_ != nullptr && k < std::min(tools_->size(), static_cast<int>(kMaxPaths));
        ++k) {
-    motion.ways[Index(motion.way_count++)] = tools_->Way(k);
+    motion.paths[Index(motion.path_count++)] = tools_->Way(k);
   }
   FindHeld(constraints, &motion);
   motion_count_ = std::min(motion_count_ + 1, kMotions);
@@ -257,7 +257,7 @@ void StaticEquilibrium::Update(With with) noexcept {
 }
 
 void StaticEquilibrium::PrepareTangent() noexcept {
-  if (has_tangent_ || std::exchange(tangent_serves_, false)) return;
+  if (has_tangent_ || std::exchange(keeps_tangent_, false)) return;
   if (hyperelastic_) {
     Update(With::kTangent);
   } else {
@@ -294,12 +294,12 @@ bool StaticEquilibrium::Iterate(const Constraints& constraints, double part) noe
   if (!is_current_) Update(With::kTangent);
   progress_.LimitTo(0);
   released_ = kInner * before_;
-  bool lifted = constraints.Lift(u_, 1, lift_) > GapSlack();
+  bool lifted = constraints.Lift(u_, 1, lift_) > GapTolerance();
   if (part < 1) Scale(part, lift_);
   double size = FreeResidual(constraints), previous = size;
   if (!lifted) released_ = std::max(released_, kInner * size);
-  const double aim = AimOf() / params_.residual;
-  const int most = hyperelastic_ ? kMostHyperelasticSteps : kMostSteps;
+  const double aim = TargetResidual() / params_.residual;
+  const int most = hyperelastic_ ? kMaxHyperelasticSteps : kMaxSteps;
   for (int step = 0; step < most && std::isfinite(size); ++step) {
     const double asked = params_.residual * std::max(reference_, released_);
     relative_residual_ = size > 0 ? size / std::max(reference_, released_) : 0;
@@ -323,7 +323,7 @@ bool StaticEquilibrium::Iterate(const Constraints& constraints, double part) noe
     const double left = size;
     lifted = Touch(constraints);
     size = FreeResidual(constraints);
-    tangent_serves_ = size > kByContact * left;
+    keeps_tangent_ = size > kByContact * left;
   }
   return false;
 }
@@ -331,9 +331,9 @@ bool StaticEquilibrium::Iterate(const Constraints& constraints, double part) noe
 // Updates the contact of the tools after a step: touching nodes and their friction. True: the tools
 // move further nodes.
 bool StaticEquilibrium::Touch(const Constraints& constraints) noexcept {
-  if (tools_->Judge(u_, reaction_, AimOf(), true)) solver_.HoldOthers();
+  if (tools_->UpdateTouching(u_, reaction_, TargetResidual(), true)) solver_.HoldOthers();
   tools_->Load(f_base_, &f_ext_);
-  return constraints.Lift(u_, 1, lift_) > GapSlack();
+  return constraints.Lift(u_, 1, lift_) > GapTolerance();
 }
 
 // x_ of one step of Newton's method; `enough`: residual of its linear system.
@@ -346,7 +346,7 @@ bool StaticEquilibrium::FindDirection(const Constraints& constraints, bool lifte
     Add(-1, x_, trial_);
   }
   SetZero(x_);
-  const double inner = params_.linear ? 0.5 * AimOf() : kInner;
+  const double inner = params_.linear ? 0.5 * TargetResidual() : kInner;
   const double target = std::max(inner * Norm(trial_), enough);
   if (tools_ != nullptr) tools_->AddStiffness(1, &tangent_);
   const SolveOutcome outcome = solver_.Solve(tangent_, constraints, trial_, x_, target);
@@ -359,10 +359,10 @@ bool StaticEquilibrium::FindDirection(const Constraints& constraints, bool lifte
 bool StaticEquilibrium::Advance(const Constraints& constraints, bool lifted,
                                 double enough) noexcept {
   const double size = Norm(r_), energy = Potential();
-  if (shift_ > 0) shift_ = shift_ > kLeastShift ? shift_ / 4 : 0;
+  if (shift_ > 0) shift_ = shift_ > kMinShift ? shift_ / 4 : 0;
   while (!FindDirection(constraints, lifted, enough)) {
-    if (hyperelastic_) shift_ = std::max(4 * shift_, kLeastShift);
-    if (shift_ > kMostShift) return false;
+    if (hyperelastic_) shift_ = std::max(4 * shift_, kMinShift);
+    if (shift_ > kMaxShift) return false;
     if (hyperelastic_) Update(With::kTangent);
     solver_.Renew();
     if (!hyperelastic_) {
@@ -375,7 +375,7 @@ bool StaticEquilibrium::Advance(const Constraints& constraints, bool lifted,
   trial_ = u_;
   if (lifted) Add(1, lift_, x_);
   double length = 1;
-  for (int halving = 0; halving < kMostHalvings; ++halving, length *= 0.5) {
+  for (int halving = 0; halving < kMaxHalvings; ++halving, length *= 0.5) {
     u_ = trial_;
     Add(length, x_, u_);
     Update(With::kForces);

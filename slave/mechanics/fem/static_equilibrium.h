@@ -34,7 +34,7 @@ class StaticEquilibrium {
   // Call this when the contacts hold other components than before.
   void Renew() noexcept {
     solver_.Reset();
-    holds_others_ = true;
+    has_new_constraints_ = true;
   }
   // Finds u for the forces and constraints. The search starts from the last u, then from rest, and
   // then applies parts of the load one after the other. Returns false if no u was found, or the
@@ -69,7 +69,7 @@ class StaticEquilibrium {
 
  private:
   static constexpr int kMotions = 3;            // one per axis along which a contact moves
-  static constexpr std::size_t kMostWays = 64;  // displacements of tools in one motion
+  static constexpr std::size_t kMaxPaths = 64;  // displacements of tools in one motion
 
   bool SolveInParts(const NodeVector& f_ext, const Constraints& constraints) noexcept;
   bool Iterate(const Constraints& constraints, double part) noexcept;
@@ -77,9 +77,9 @@ class StaticEquilibrium {
   void Predict(const Constraints& constraints) noexcept;
   void LearnMotion(const Constraints& constraints) noexcept;
   void EstimateError(const Constraints& constraints) noexcept;
-  [[nodiscard]] double GapSlack()
+  [[nodiscard]] double GapTolerance()
       const;  // accepted distance of contacts from their prescribed places [m]
-  [[nodiscard]] double AimOf() const;  // at which Newton's method ends
+  [[nodiscard]] double TargetResidual() const;  // at which Newton's method ends
   enum class With { kForces, kTangent };
   void Update(With with) noexcept;
   void PrepareTangent() noexcept;
@@ -95,24 +95,24 @@ class StaticEquilibrium {
   SearchProgress progress_;
   BlockMatrix tangent_;
   LinearSolver solver_;
-  bool is_current_ = false;      // forces and energy are those of u_
-  bool has_tangent_ = false;     // the tangent is that of u_
-  bool tangent_serves_ = false;  // one more step uses the tangent of an earlier u
+  bool is_current_ = false;     // forces and energy are those of u_
+  bool has_tangent_ = false;    // the tangent is that of u_
+  bool keeps_tangent_ = false;  // one more step uses the tangent of an earlier u
   NodeVector u_, last_u_, good_u_, f_ext_, last_f_, f_int_, r_, x_, lift_, trial_, reaction_;
   // Motion of a query: of all nodes, and of the nodes that contacts prescribe.
   struct Motion {
     NodeVector body, contacts;
-    std::array<Eigen::Vector3d, kMostWays> ways;  // displacement of each tool [m]
-    int way_count = 0;
+    std::array<Eigen::Vector3d, kMaxPaths> paths;  // displacement of each tool [m]
+    int path_count = 0;
     double square = 0;            // squared norm of `contacts` before orthogonalization
     bool is_independent = false;  // not a combination of newer motions
   };
   void FindHeld(const Constraints& constraints, Motion* motion) const noexcept;
   std::array<Motion, kMotions> motions_;  // of the last queries, newest first
   int motion_count_ = 0;
-  bool holds_others_ = false;      // other nodes are held than when the motions were stored
-  ToolContacts* tools_ = nullptr;  // of the increment that is solved
-  NodeVector f_base_;              // forces without the friction of the tools
+  bool has_new_constraints_ = false;  // other nodes are held than when the motions were stored
+  ToolContacts* tools_ = nullptr;     // of the increment that is solved
+  NodeVector f_base_;                 // forces without the friction of the tools
   bool ended_early_ = false;
   ElementSummary summary_;
   double shift_ = 0;      // stiffness added to make a tangent definite

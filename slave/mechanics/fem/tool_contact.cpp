@@ -12,14 +12,14 @@ namespace {
 
 using Eigen::Vector3d;
 
-constexpr double kRim = 1e-9;       // tolerance of the rim, by a flat tool's extent
-constexpr double kMargin = 2;       // distance from the tool up to which nodes are examined [edges]
-constexpr double kMostTurning = 3;  // stiffness of turning friction, by the node's own
-constexpr int kMostChanges = 25;    // changes of contact in one increment
+constexpr double kRim = 1e-9;      // tolerance of the rim, by a flat tool's extent
+constexpr double kMargin = 2;      // distance from the tool up to which nodes are examined [edges]
+constexpr double kMaxTurning = 3;  // stiffness of turning friction, by the node's own
+constexpr int kMaxChanges = 25;    // changes of contact in one increment
 // Number of updates after which friction changes by half and keeps its direction between steps.
 // That is slower, and settles nodes that stick and slip in turn.
 constexpr int kDamped = 10;
-constexpr double kLeastSlack = 1e-9;
+constexpr double kMinSlack = 1e-9;
 
 Vector3d AtNode(const NodeVector& of, int node) {
   return Eigen::Map<const Vector3d>(At(of, node).v);
@@ -40,7 +40,7 @@ ToolContact::ToolContact(const Tool& tool, const Placement& placement, double fr
 }
 
 bool ToolContact::settles() const {
-  return changed_ < kMostChanges;
+  return changed_ < kMaxChanges;
 }
 
 void ToolContact::Reset() noexcept {
@@ -168,7 +168,7 @@ ToolContact::State ToolContact::Next(const NodeVector& u, const NodeVector& reac
   point->judged = moved;
   // The friction turns with the sliding: d t = -mu lambda_n / |slid| times what goes aside.
   point->aside = n.cross(across).stableNormalized();
-  const double stiffest = kMostTurning * point->at->stiffness;
+  const double stiffest = kMaxTurning * point->at->stiffness;
   point->turning = most < stiffest * slid.norm() ? most / slid.norm() : stiffest;
   if (!(next.squaredNorm() > 0) || judged_ > kDamped) point->turning = 0;
   return State::kSlips;
@@ -181,9 +181,9 @@ void ToolContact::Claim(int me, std::vector<int>* owner) const noexcept {
   }
 }
 
-bool ToolContact::Judge(const NodeVector& u, const NodeVector& reaction, double slack, bool steps,
-                        int me, std::vector<int>* owner) noexcept {
-  slack = std::max(slack, kLeastSlack);
+bool ToolContact::UpdateTouching(const NodeVector& u, const NodeVector& reaction, double slack,
+                                 bool steps, int me, std::vector<int>* owner) noexcept {
+  slack = std::max(slack, kMinSlack);
   is_first_ = !steps;
   double largest = 0;
   for (Point& point : points_) {

@@ -61,8 +61,8 @@ class ToolContact {
   // Updates which nodes touch and stick, after the displacements `u` and with the nodal forces
   // `reaction`, without the tool's own friction. `slack`: of forces by the largest, of gaps by the
   // depth [-]. `me`: this tool's number. True: some node changed.
-  bool Judge(const NodeVector& u, const NodeVector& reaction, double slack, bool steps, int me,
-             std::vector<int>* owner) noexcept;
+  bool UpdateTouching(const NodeVector& u, const NodeVector& reaction, double slack, bool steps,
+                      int me, std::vector<int>* owner) noexcept;
   // The forces that nodes have at the end of an increment, which is accepted.
   void Accept(const NodeVector& u, const NodeVector& reaction) noexcept;
 

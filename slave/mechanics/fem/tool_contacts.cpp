@@ -98,14 +98,14 @@ double ToolContacts::depth() const noexcept {
   return depth;
 }
 
-bool ToolContacts::Judge(const NodeVector& u, const NodeVector& reaction, double slack,
-                         bool steps) noexcept {
+bool ToolContacts::UpdateTouching(const NodeVector& u, const NodeVector& reaction, double slack,
+                                  bool steps) noexcept {
   for (const TouchedNode& at : touched_) owner_[Index(at.node)] = ToolContact::kNoTool;
   for (int k = 0; k < size(); ++k) tools_[Index(k)].Claim(k, &owner_);
   bool changes = false;
   touched_.clear();
   for (int k = 0; k < size(); ++k) {
-    changes = tools_[Index(k)].Judge(u, reaction, slack, steps, k, &owner_) || changes;
+    changes = tools_[Index(k)].UpdateTouching(u, reaction, slack, steps, k, &owner_) || changes;
     tools_[Index(k)].AddTouched(&touched_);
   }
   constraints_.HoldTouched(touched_);

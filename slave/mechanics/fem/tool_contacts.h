@@ -40,7 +40,8 @@ class ToolContacts {
   }
   [[nodiscard]] double depth() const noexcept;  // largest depth of the increment [units]
   // Updates which nodes touch, see ToolContact::UpdateTouching. Returns whether they have changed.
-  bool Judge(const NodeVector& u, const NodeVector& reaction, double slack, bool steps) noexcept;
+  bool UpdateTouching(const NodeVector& u, const NodeVector& reaction, double slack,
+                      bool steps) noexcept;
   // Replaces the motion of nodes that touch by the increment's way of their tool, or by `ways` of
   // another one.
   [[nodiscard]] Eigen::Vector3d Way(int tool) const { return at(tool).way(); }

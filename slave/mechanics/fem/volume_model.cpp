@@ -18,10 +18,10 @@ constexpr double kAbsurd = 1e6;         // larger sides
 constexpr std::size_t kTextSize = 240;  // of a remark
 // Nodes under a tool that is no disc with which its force is within a tenth. [measured:
 // round_indenter_test]
-constexpr int kFewestTouched = 8;
+constexpr int kMinTouched = 8;
 // Nodes below which the moment of a tool's force is unknown, and its error by force times width
 // over the number of nodes: a node too many or too few at the rim, where the pressure is least.
-constexpr int kFewestOfMoment = 4;
+constexpr int kMinOfMoment = 4;
 constexpr double kMomentSpread = 0.5;
 
 }  // namespace
@@ -84,19 +84,19 @@ bool VolumeModel::TryRespond(std::span<const Contact> contacts,
 bool VolumeModel::FillResponses(std::span<const Contact> contacts,
                                 std::span<ContactResponse> responses) {
   RemarkInversion();
-  const std::string_view doubt = DoubtOf(contacts);
+  const std::string_view flag_reason = FlagReasonOf(contacts);
   for (std::size_t k = 0; k < contacts.size(); ++k) {
     ContactResponse response = ResponseOf(k, contacts[k]);
     if (!response.force_O.allFinite()) return Fail("the solution is not finite");
-    response.doubt = doubt.empty() ? DoubtOfPlace(k, response) : doubt;
-    response.validity = response.doubt.empty() ? Validity::kValid : Validity::kExtrapolated;
+    response.flag_reason = flag_reason.empty() ? FlagReasonOfPlace(k, response) : flag_reason;
+    response.validity = response.flag_reason.empty() ? Validity::kValid : Validity::kExtrapolated;
     responses[k] = response;
   }
   return true;
 }
 
-std::string_view VolumeModel::DoubtOfPlace(std::size_t contact,
-                                           const ContactResponse& response) const {
+std::string_view VolumeModel::FlagReasonOfPlace(std::size_t contact,
+                                                const ContactResponse& response) const {
   const fem::ToolContact* tool = ToolOf(contact);
   if (tool == nullptr) {
     if (contacts_.IsCoarse(contact, response)) return kCoarsePatch;
@@ -106,7 +106,7 @@ std::string_view VolumeModel::DoubtOfPlace(std::size_t contact,
   if (tool->shares()) return "two contacts touch the same nodes";
   if (tool->touching() == 0) return {};
   const bool coarse =
-      tool->is_disc() ? contacts_.IsCoarse(contact, response) : tool->touching() < kFewestTouched;
+      tool->is_disc() ? contacts_.IsCoarse(contact, response) : tool->touching() < kMinTouched;
   return coarse ? kCoarsePatch : std::string_view();
 }
 
@@ -139,7 +139,7 @@ bool VolumeModel::locks() const {
 }
 
 // Why the last answer is extrapolated; empty: it is not, but for single patches.
-std::string_view VolumeModel::DoubtOf(std::span<const Contact> contacts) {
+std::string_view VolumeModel::FlagReasonOf(std::span<const Contact> contacts) {
   if (inversion_.elements > 0) return "elements are inside out";
   if (locks()) return "linear tetrahedra lock at this Poisson ratio";
   if (traits_.range > 0 && largest_ > traits_.range) return kBeyondRange;
@@ -150,8 +150,8 @@ std::string_view VolumeModel::DoubtOf(std::span<const Contact> contacts) {
                     std::ranges::any_of(contacts, [](const Contact& contact) {
                       return contact.prescribed_O != Vector3d::Zero();
                     });
-  return acts && strain_.Softness(u_, touched_) > kMostSoftness ? kStiffInBending
-                                                                : std::string_view();
+  return acts && strain_.Softness(u_, touched_) > kMaxSoftness ? kStiffInBending
+                                                               : std::string_view();
 }
 
 void VolumeModel::RemarkInversion() {
@@ -204,7 +204,7 @@ ContactResponse VolumeModel::ToolResponse(const fem::ToolContact& tool, const Co
   ContactResponse response;
   response.displacement_O = at.prescribed_O;
   response.force_O = traits_.force_unit * tool.force();
-  if (tool.touching() < kFewestOfMoment) return response;
+  if (tool.touching() < kMinOfMoment) return response;
   response.moment_O = traits_.force_unit * traits_.length_unit * tool.moment();
   response.moment_sigma = kMomentSpread * 2 * traits_.length_unit * tool.reach() / tool.touching() *
                           response.force_O.norm();

@@ -94,11 +94,11 @@ class VolumeModel : public DeformationModel {
   bool FillResponses(std::span<const Contact> contacts, std::span<ContactResponse> responses);
   bool PrepareSet(std::span<const Contact> contacts);
   bool TakeState();
-  [[nodiscard]] std::string_view DoubtOf(std::span<const Contact> contacts);
+  [[nodiscard]] std::string_view FlagReasonOf(std::span<const Contact> contacts);
   [[nodiscard]] ContactResponse ResponseOf(std::size_t contact, const Contact& at) const;
   [[nodiscard]] ContactResponse ToolResponse(const fem::ToolContact& tool, const Contact& at) const;
-  [[nodiscard]] std::string_view DoubtOfPlace(std::size_t contact,
-                                              const ContactResponse& response) const;
+  [[nodiscard]] std::string_view FlagReasonOfPlace(std::size_t contact,
+                                                   const ContactResponse& response) const;
   void RemarkInversion();
 
   VolumeContacts contacts_;

@@ -41,7 +41,7 @@ struct ContactFootprint {
   // Vectors from a disc's centre to its places [m], shifted together so that their centroid is that
   // of the true disc on the surface. Empty: a point, or a wider disc.
   std::vector<Eigen::Vector3d> arms;
-  bool point = true;                  // at most kMostPointPlaces places
+  bool point = true;                  // at most kMaxPointPlaces places
   Eigen::Vector3d normal_O{0, 0, 0};  // outward, unit; the direction of frictionless contacts
   double patch_error = 0;             // PatchError (mesh_resolution.h)
   // If the places represent a wider disc (SurfaceFootprints): its radius [m]; and the additional
@@ -51,7 +51,7 @@ struct ContactFootprint {
   SurfacePlace at;    // where the contact's centre meets the surface
   int triangle = -1;  // the same, of the linear surface of a volume (VolumeFootprints); else -1
 };
-constexpr int kMostPointPlaces = 3;
+constexpr int kMaxPointPlaces = 3;
 
 // Sets the moment of a response from the forces [N] at the places that `arms` [m] lead to, if there
 // are enough to resolve a distribution. `force_at(i)`: of place i.

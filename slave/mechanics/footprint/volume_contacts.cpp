@@ -12,7 +12,7 @@ namespace {
 using Eigen::Vector3d;
 
 constexpr double kAbsurd = 1e6;         // units
-constexpr double kMostShared = 0.5;     // of a contact's weight, on nodes that another one moves
+constexpr double kMaxShared = 0.5;      // of a contact's weight, on nodes that another one moves
 constexpr std::size_t kTextSize = 240;  // of a failure
 
 }  // namespace
@@ -88,7 +88,7 @@ std::string_view VolumeContacts::Find(const Contact& contact, ContactPlace* plac
   }
   place->arms.clear();
   if (place->nodes.size() == footprint_.arms.size()) place->arms = footprint_.arms;
-  place->on_support = holds && place->is_point && free_weight < kLeastFreeWeight;
+  place->on_support = holds && place->is_point && free_weight < kMinFreeWeight;
   return {};
 }
 
@@ -112,7 +112,7 @@ int VolumeContacts::Overlapping(std::span<const Contact> contacts) {
     for (const auto& [node, weight] : places_[k].nodes) {
       if (owner_[Index(node)] >= 0) shared += std::abs(weight);
     }
-    if (shared >= kMostShared) return static_cast<int>(k);
+    if (shared >= kMaxShared) return static_cast<int>(k);
   }
   return -1;
 }

@@ -22,7 +22,7 @@ constexpr double kSpreadByPlaces = 0.5;
 // Part of the tool's displacement by which a free place may be inside it [-]: less is what the mesh
 // leaves of the pressure at the rim. [derived]
 constexpr double kInside = 0.01;
-constexpr double kMostPulled = 0.3;  // part of the largest pull at which a place lets go
+constexpr double kMaxPulled = 0.3;  // part of the largest pull at which a place lets go
 constexpr std::string_view kTooCoarse =
     "the round tool's contact is smaller than the elements: press more deeply, or use more "
     "elements "
@@ -129,19 +129,19 @@ ContactResponse RoundIndenter::Press(const ToolIndentation& press, DeformationMo
   whole.stiffness_O = Stiffness(press, model);
   whole.validity = Validity::kValid;
   for (const ContactResponse& part : solution->responses()) {
-    if (part.validity > whole.validity) whole.doubt = part.doubt;
+    if (part.validity > whole.validity) whole.flag_reason = part.flag_reason;
     whole.validity = Worse(whole.validity, part.validity);
   }
   if (penetrates && whole.validity == Validity::kValid) {
     whole.validity = Validity::kExtrapolated;
-    whole.doubt = kPenetrates;
+    whole.flag_reason = kPenetrates;
   }
-  const int fewest = is_planar_ ? kFewest : kFewestInSpace;
+  const int fewest = is_planar_ ? kMinTouched : kMinTouchedInSpace;
   if (presses && touched < fewest && whole.validity == Validity::kValid) {
     whole.validity = Validity::kExtrapolated;
-    whole.doubt = kTooCoarse;
+    whole.flag_reason = kTooCoarse;
   }
-  if (presses && touched >= kFewest) SetMoment(press, *solution, &whole);
+  if (presses && touched >= kMinTouched) SetMoment(press, *solution, &whole);
   return whole;
 }
 
@@ -192,7 +192,7 @@ bool RoundIndenter::LetGo(const Vector3d& n, const Solution& solution) noexcept 
   for (const ContactResponse& part : parts) most = std::max(most, part.force_O.dot(n));
   std::size_t kept = 0;
   for (std::size_t i = 0; i < contacts_.size(); ++i) {
-    if (most > 0 && parts[i].force_O.dot(n) >= kMostPulled * most) {
+    if (most > 0 && parts[i].force_O.dot(n) >= kMaxPulled * most) {
       released_.push_back(contacts_[i]);
     } else {
       contacts_[kept++] = contacts_[i];

@@ -52,7 +52,7 @@ class RoundIndenter {
   // With fewer places under the tool its force is kExtrapolated: the mesh is too coarse for it. In
   // the plane a place more or less changes it by a hundredth, in space by a tenth. [measured:
   // round_indenter_test]
-  static constexpr int kFewest = 3, kFewestInSpace = 8;
+  static constexpr int kMinTouched = 3, kMinTouchedInSpace = 8;
 
   // `radius` of the tool [m], > 0. Throws std::invalid_argument: another radius, or no place.
   RoundIndenter(std::vector<TouchablePlace> places, double radius, ContactLaw law);
@@ -60,7 +60,7 @@ class RoundIndenter {
   // Force of the tool on the object and its derivative by the apex's displacement at this depth,
   // while the same places are in contact. A tool out of contact has no force; its stiffness is that
   // of the place nearest to the apex, which is also the only contact of a tool between places. The
-  // moment is about the displaced apex, and unknown with fewer than kFewest places. `model` is
+  // moment is about the displaced apex, and unknown with fewer than kMinTouched places. `model` is
   // queried several times. `solution`: the places in contact, each with its force.
   [[nodiscard]] ContactResponse Press(const ToolIndentation& press, DeformationModel* model,
                                       Solution* solution) noexcept;

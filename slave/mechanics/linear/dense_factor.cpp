@@ -9,8 +9,8 @@
 namespace palpate {
 namespace {
 
-constexpr double kSmallestPivot = 1e-13;  // of the largest entry
-constexpr int kPanel = kLane8;            // pivots that are eliminated together
+constexpr double kMinPivot = 1e-13;  // of the largest entry
+constexpr int kPanel = kLane8;       // pivots that are eliminated together
 
 using Values [[gnu::vector_size(64)]] = double;
 using Lane [[gnu::vector_size(64), gnu::may_alias, gnu::aligned(8)]] = double;
@@ -62,7 +62,7 @@ PALPATE_INLINE bool FactorizePanel(const RowMajor& a, int order, int k0, int k1,
     const int pivot = ChoosePivot(a, k, order);
     const double entry = std::abs(a.row(pivot)[k]);
     *largest = std::max(*largest, entry);
-    if (!(entry > kSmallestPivot * *largest && std::isfinite(entry))) return false;
+    if (!(entry > kMinPivot * *largest && std::isfinite(entry))) return false;
     pivots[k] = pivot;
     if (pivot != k) {
       std::swap_ranges(a.row(k), a.row(k) + a.stride, a.row(pivot));

@@ -166,7 +166,7 @@ void SparseLdlt<Scalar>::CountWork() {
   for (Supernode& s : supernodes_) {
     entries_ += Index(s.rows) * Index(s.columns);
     largest_panel_ = std::max(largest_panel_, Index(s.rows) * Index(std::min(s.columns, kBlock)));
-    longest_ = std::max(longest_, s.rows);
+    max_rows_ = std::max(max_rows_, s.rows);
     s.flops += static_cast<double>(s.rows) * s.columns * s.columns;
     for (int i = s.columns, end = i; i < s.rows; i = end) {
       Supernode& target = supernodes_[Index(super_of_[Index(RowsOf(s)[i])])];
@@ -201,7 +201,7 @@ void SparseLdlt<Scalar>::Allocate(const Matrix& upper) {
   next_.resize(supernodes_.size());
   head_.resize(supernodes_.size());
   FindDestinations(upper);
-  update_.resize(std::max(largest_update_, Index(longest_)));
+  update_.resize(std::max(largest_update_, Index(max_rows_)));
   scaled_.resize(std::max(largest_panel_, Index(kWidest * kWidest)));
 }
 
@@ -375,7 +375,7 @@ void SparseLdlt<Scalar>::Solve(Eigen::Ref<Columns> x) {
   for (Eigen::Index first = 0; first < x.cols(); first += kTogether) {
     auto part = x.middleCols(first, std::min(kTogether, x.cols() - first));
     Columns rows = part.transpose();
-    carried_.resize(rows.rows(), longest_);
+    carried_.resize(rows.rows(), max_rows_);
     for (const auto& s : supernodes_) SolveForward(s, rows);
     rows.array().rowwise() /= pivots_.array().transpose();
     for (auto s = supernodes_.rbegin(); s != supernodes_.rend(); ++s) SolveBackward(*s, rows);

@@ -91,7 +91,7 @@ class SparseLdlt {
   std::vector<int> super_of_;  // per column
   std::vector<int> rows_;
   std::size_t largest_update_ = 0, largest_panel_ = 0;
-  int longest_ = 0;                       // rows of a supernode
+  int max_rows_ = 0;                      // rows of a supernode
   std::vector<std::size_t> destination_;  // in values_, per entry of the upper triangle
   std::vector<Scalar> values_;
   Vector pivots_;

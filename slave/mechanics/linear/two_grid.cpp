@@ -16,11 +16,11 @@ namespace {
 
 using Eigen::Vector3d;
 
-constexpr int kNodesPerVertex = 27;   // of the fine grid to the coarse one: three along each axis
-constexpr int kMostVertices = 2000;   // whose band fits in the cache
-constexpr double kFiner = 1.05;       // from one grid that is tried to the next
-constexpr double kLeastShift = 1e-9;  // of the coarse diagonal, for corners that few nodes share
-constexpr double kMostShift = 1e-4;
+constexpr int kNodesPerVertex = 27;  // of the fine grid to the coarse one: three along each axis
+constexpr int kMaxVertices = 2000;   // whose band fits in the cache
+constexpr double kFiner = 1.05;      // from one grid that is tried to the next
+constexpr double kMinShift = 1e-9;   // of the coarse diagonal, for corners that few nodes share
+constexpr double kMaxShift = 1e-4;
 
 using Float4 [[gnu::vector_size(16), gnu::may_alias, gnu::aligned(4)]] = float;
 
@@ -190,7 +190,7 @@ TwoGrid::TwoGrid(std::span<const Vector3d> points, const BlockPattern& pattern)
       r_(points.size()),
       z_(points.size()),
       left_(points.size()) {
-  FindGrid(points, std::clamp(pattern.rows() / kNodesPerVertex, 8, kMostVertices));
+  FindGrid(points, std::clamp(pattern.rows() / kNodesPerVertex, 8, kMaxVertices));
   int widest = 0;
   for (const GridPlace& place : places_) {
     const auto [least, most] = std::ranges::minmax(place.vertex);
@@ -347,7 +347,7 @@ bool TwoGrid::InvertDiagonal(const BlockMatrix& A) noexcept {
 }
 
 bool TwoGrid::FactorCoarse(const BlockMatrix& A) noexcept {
-  for (double shift = kLeastShift; shift <= kMostShift; shift *= 1e5) {
+  for (double shift = kMinShift; shift <= kMaxShift; shift *= 1e5) {
     std::ranges::fill(coarse_, 0.0);
     AddCoarse({pattern_.graph.begin.data(), pattern_.graph.column.data(), A.block(0), free_.data(),
                places_.data(), scale_},

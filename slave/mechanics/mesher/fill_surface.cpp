@@ -31,7 +31,7 @@ using Eigen::Vector3d;
 
 using Program = FillOptions::Program;
 
-constexpr double kMostTets = 4e6;
+constexpr double kMaxTets = 4e6;
 constexpr double kVolumeSlack = 0.02;
 constexpr const char* kQuality = "1.4/12";  // radius-edge ratio, smallest dihedral angle [deg]
 
@@ -60,7 +60,7 @@ void DropUnused(std::vector<Vector3d>* nodes, Elements* elements) {
 }
 
 void RequireResolution(double resolution, double volume) {
-  const double least = std::cbrt(6 * std::numbers::sqrt2 * volume / kMostTets);
+  const double least = std::cbrt(6 * std::numbers::sqrt2 * volume / kMaxTets);
   if (resolution == 0 || (std::isfinite(resolution) && resolution >= least)) return;
   throw std::invalid_argument("resolution = " + Brief(resolution) + " m: expected 0, or at least " +
                               Brief(least) + " m (4 million tetrahedra)");
@@ -82,14 +82,14 @@ std::pair<Program, std::filesystem::path> Choose(Program wanted) {
 
 // One line for people out of a program's last words.
 std::string Words(const std::string& output) {
-  constexpr std::size_t kMost = 600;
+  constexpr std::size_t kMaxLength = 600;
   std::string words;
   for (const char c : output) {
     const bool blank = c == '\n' || c == '\r' || c == '\t' || c == ' ';
     if (!blank) words += c >= ' ' && c <= '~' ? c : '?';
     if (blank && !words.empty() && words.back() != ' ') words += ' ';
   }
-  return words.size() > kMost ? "..." + words.substr(words.size() - kMost) : words;
+  return words.size() > kMaxLength ? "..." + words.substr(words.size() - kMaxLength) : words;
 }
 
 void AppendPoints(const std::vector<Vector3d>& points, std::string* text) {
@@ -104,7 +104,7 @@ void AppendPoints(const std::vector<Vector3d>& points, std::string* text) {
 // A surface divided again at about its own edges would only lose volume where it bends.
 constexpr double kMuchLonger = 1.5;
 
-double LongestEdge(const SurfaceMesh& surface) {
+double MaxEdgeLength(const SurfaceMesh& surface) {
   double longest = 0;
   for (const auto& t : surface.triangles) {
     for (std::size_t i = 0; i < 3; ++i) {
@@ -175,7 +175,7 @@ void WriteGmshInput(const std::filesystem::path& file, const SurfaceMesh& surfac
   }
   // Classified, a cavity is a surface of its own, which Gmsh leaves empty.
   std::string text = "Merge \"surface.msh\";\nClassifySurfaces{40*Pi/180, 1, 1, Pi};\n";
-  if (edge > 0 && LongestEdge(surface) > kMuchLonger * edge) text += "CreateGeometry;\n";
+  if (edge > 0 && MaxEdgeLength(surface) > kMuchLonger * edge) text += "CreateGeometry;\n";
   // The surface's file names a physical group; without SaveAll nothing else would be written.
   text += "Surface Loop(1) = Surface{:};\nVolume(1) = {1};\nMesh.SaveAll = 1;\n";
   if (edge > 0) {

@@ -308,7 +308,7 @@ constexpr double kLinear = 0.1;  // deflections below it are spaced evenly, abov
 constexpr double kStep = 0.08;
 constexpr int kEntries = 104;                      // to 190 thicknesses
 constexpr double kFiner[] = {1, 1.25, 1.5, 2, 3};  // modes against the plate's own number
-constexpr std::size_t kKept = 16;
+constexpr std::size_t kMaxKept = 16;
 
 ShortWaves::ShortWaves(int order, double nu, double prestress, double load_radius, Face face)
     : load_radius_(load_radius), face_(face) {
@@ -366,7 +366,7 @@ std::shared_ptr<const ShortWaves> ShortWaves::Of(int order, double nu, double pr
   auto waves = std::make_shared<const ShortWaves>(order, nu, prestress, load_radius, face);
   const std::lock_guard lock(mutex);
   kept.emplace_front(plate, waves);
-  if (kept.size() > kKept) kept.pop_back();
+  if (kept.size() > kMaxKept) kept.pop_back();
   return waves;
 }
 

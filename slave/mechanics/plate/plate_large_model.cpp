@@ -14,16 +14,16 @@ using plate::ModalPlate;
 using plate::Symmetry;
 using plate::Touch;
 
-constexpr double kCentral = 1e-9;       // a place nearer to the centre is there [radii]
-constexpr double kCentralRange = 10;    // times the range elsewhere
-constexpr double kModerate = 0.3;       // |w| / a: rotations are moderate
-constexpr double kLawsLargest = 0.1;    // error by the law
-constexpr double kLargest = 1000;       // |w| / t that is attempted
-constexpr double kLargestForce = 1e11;  // E t^4 / a^2 that is attempted
+constexpr double kCentral = 1e-9;        // a place nearer to the centre is there [radii]
+constexpr double kCentralRange = 10;     // times the range elsewhere
+constexpr double kModerate = 0.3;        // |w| / a: rotations are moderate
+constexpr double kLawsLargest = 0.1;     // error by the law
+constexpr double kMaxDeflection = 1000;  // |w| / t that is attempted
+constexpr double kMaxForce = 1e11;       // E t^4 / a^2 that is attempted
 // Nondimensional: below it intermediate results lose digits, as do subnormal numbers.
-constexpr double kLeastValue = 1e-290;
+constexpr double kMinValue = 1e-290;
 constexpr std::string_view kDigitsLost = "the value is too small for the numerical precision";
-constexpr std::size_t kMostTools = 64;  // diameters remembered
+constexpr std::size_t kMaxTools = 64;  // diameters remembered
 
 bool IsSubnormal(double value) {
   return std::fpclassify(value) == FP_SUBNORMAL;
@@ -90,7 +90,7 @@ bool PlateLargeModel::TryRespond(std::span<const Contact> contacts,
     const bool moved = touches_[i].moved();
     values_[i] = moved ? touches_[i].value * (params_.radius / params_.thickness)
                        : touches_[i].value / force_unit_;
-    if (!(std::abs(values_[i]) <= (moved ? kLargest : kLargestForce))) {
+    if (!(std::abs(values_[i]) <= (moved ? kMaxDeflection : kMaxForce))) {
       return Fail(moved ? "a deflection beyond 1000 thicknesses" : "a load is too large");
     }
   }
@@ -110,7 +110,7 @@ bool PlateLargeModel::TryRespond(std::span<const Contact> contacts,
 
 void PlateLargeModel::Prepare() {
   prepared_ = false;
-  if (tools_.size() > kMostTools) tools_.clear();
+  if (tools_.size() > kMaxTools) tools_.clear();
   known_ = touches_;
   central_ = nullptr;
   if (touches_.size() == 1 && touches_[0].disc.centre.norm() < kCentral) {
@@ -179,7 +179,7 @@ ContactResponse PlateLargeModel::ResponseOf(const Contact& contact, std::size_t 
   response.displacement_O.z() = moved ? contact.prescribed_O.z() : -t * w;
   response.stiffness_O(2, 2) = force_unit_ / t * k;
   const bool known =
-      std::isfinite(force_unit_ * force) && std::isfinite(k) && std::abs(w) <= kLargest;
+      std::isfinite(force_unit_ * force) && std::isfinite(k) && std::abs(w) <= kMaxDeflection;
   if (!known) return {};
   const double p = known_[touch].disc.centre.norm();
   const double inside_rim = std::max(0.0, 1 - p * p);
@@ -192,9 +192,9 @@ ContactResponse PlateLargeModel::ResponseOf(const Contact& contact, std::size_t 
                       excess * share <= kLawsLargest;
   const double value = std::abs(values_[touch]);
   const bool lost =
-      (value > 0 && value < kLeastValue) || IsSubnormal(force_unit_ * force) || IsSubnormal(t * w);
+      (value > 0 && value < kMinValue) || IsSubnormal(force_unit_ * force) || IsSubnormal(t * w);
   response.validity = inside && !lost ? Validity::kValid : Validity::kExtrapolated;
-  response.doubt = !inside ? kBeyondRange : lost ? kDigitsLost : std::string_view();
+  response.flag_reason = !inside ? kBeyondRange : lost ? kDigitsLost : std::string_view();
   return response;
 }
 

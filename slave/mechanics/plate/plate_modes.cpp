@@ -19,10 +19,10 @@ namespace {
 using Eigen::Index;
 using Eigen::MatrixXd;
 
-constexpr int kLargestOrder = 40;
-constexpr int kLargestRoundOrder = 120;
-constexpr int kMostModes = 2048;
-constexpr int kMostRadial = kLargestRoundOrder / 2 + 4;
+constexpr int kMaxOrder = 40;
+constexpr int kMaxRoundOrder = 120;
+constexpr int kMaxModes = 2048;
+constexpr int kMaxRadial = kMaxRoundOrder / 2 + 4;
 constexpr int kStressDegrees = 4;  // beyond the order
 
 // Jacobi's polynomials P_n^(alpha, beta)(x), n < values.size().
@@ -45,7 +45,7 @@ void Jacobi(double alpha, double beta, double x, std::span<double> values) {
 // r^m P_n^(alpha, m)(2 r^2 - 1) and its two derivatives in r, n < count.
 struct Zernike {
   Zernike(double alpha, int m, double r, int count) {
-    std::array<double, kMostRadial> p{}, dp{}, ddp{};
+    std::array<double, kMaxRadial> p{}, dp{}, ddp{};
     const auto size = static_cast<std::size_t>(count);
     const double x = 2 * r * r - 1;
     Jacobi(alpha, m, x, std::span(p).first(size));
@@ -62,7 +62,7 @@ struct Zernike {
           m * (m - 1) * rm / (r * r) * p[n] + (8 * m + 4) * rm * d1 + 16 * rm * r * r * d2;
     }
   }
-  std::array<double, kMostRadial> value{}, slope{}, curvature{};
+  std::array<double, kMaxRadial> value{}, slope{}, curvature{};
 };
 
 // cos(m t), or sin(m t).
@@ -98,7 +98,7 @@ struct PlateModes::Radial {
 };
 
 PlateModes::PlateModes(int order, double nu, Symmetry widest) : order_(order), widest_(widest) {
-  const int largest = widest == Symmetry::kRound ? kLargestRoundOrder : kLargestOrder;
+  const int largest = widest == Symmetry::kRound ? kMaxRoundOrder : kMaxOrder;
   if (order < 2 || order > largest || order % 2 != 0) {
     throw std::invalid_argument("order = " + std::to_string(order) +
                                 ": expected an even number from 2 to " + std::to_string(largest));
@@ -205,7 +205,7 @@ void PlateModes::Evaluate(const Eigen::Vector2d& x,
   const double clamp = std::max(0.0, 1 - s) * std::max(0.0, 1 - s);
   const std::complex<double> z(x.x(), x.y());
   std::complex<double> power = clamp;  // (1 - r^2)^2 (x + i y)^m
-  std::array<double, kMostRadial> p{};
+  std::array<double, kMaxRadial> p{};
   const auto waves = static_cast<std::size_t>(widest_ == Symmetry::kRound ? 0 : order_);
   for (std::size_t m = 0; m <= waves; ++m) {
     const Family& family = deflections_[m];
@@ -233,7 +233,7 @@ void PlateModes::Mean(const Disc& disc, Eigen::Ref<Eigen::VectorXd> values) cons
   const std::size_t level = variation < 0.5 ? 0 : variation < 2 ? 1 : variation < 5 ? 2 : 3;
   const Quadrature& rings = kRings[level];
   const auto angles = 2 * rings.points.size();
-  std::array<double, kMostModes> storage;
+  std::array<double, kMaxModes> storage;
   Eigen::Map<Eigen::VectorXd> one(storage.data(), values.size());
   values.setZero();
   for (Index q = 0; q < rings.points.size(); ++q) {

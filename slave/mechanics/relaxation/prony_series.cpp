@@ -10,10 +10,10 @@ namespace palpate {
 PronySeries::PronySeries(std::span<const RelaxationTerm> terms, double step)
     : terms_(terms.begin(), terms.end()) {
   RequirePositive("step", step);
-  if (terms.size() > Material::kMostRelaxationTerms) {
+  if (terms.size() > Material::kMaxRelaxationTerms) {
     throw std::invalid_argument("relaxation = " + std::to_string(terms.size()) +
                                 " terms: expected at most " +
-                                std::to_string(Material::kMostRelaxationTerms));
+                                std::to_string(Material::kMaxRelaxationTerms));
   }
   for (const RelaxationTerm& term : terms_) {
     RequirePositive("relaxation.share", term.share);

@@ -43,14 +43,14 @@ using Wrench = Eigen::Matrix<double, 6, 1>;
 // Relaxation state of one contact.
 struct RelaxationMemory {
   Wrench elastic = Wrench::Zero();  // F_e at the end of the last step
-  std::array<Wrench, Material::kMostRelaxationTerms> terms{};
+  std::array<Wrench, Material::kMaxRelaxationTerms> terms{};
 
   RelaxationMemory() { terms.fill(Wrench::Zero()); }
 };
 
 class PronySeries {
  public:
-  // At most kMostRelaxationTerms. Throws std::invalid_argument: shares not > 0 or with a sum of 1
+  // At most kMaxRelaxationTerms. Throws std::invalid_argument: shares not > 0 or with a sum of 1
   // or more, times or step not > 0.
   PronySeries(std::span<const RelaxationTerm> terms, double step);
 

@@ -11,7 +11,7 @@
 namespace palpate {
 namespace {
 
-constexpr std::uintmax_t kLargestFile = 2ULL << 30U;  // [bytes]
+constexpr std::uintmax_t kMaxFile = 2ULL << 30U;  // [bytes]
 constexpr std::size_t kMaxQuoteLength = 40;
 constexpr std::string_view kBlanks = " \t\r\n\f\v";
 
@@ -76,7 +76,7 @@ double ParseReal(const SourcePlace& place, std::string_view text, const char* wh
 
 FileCursor::FileCursor(std::filesystem::path file) : file_(std::move(file)) {
   try {
-    text_ = ReadWholeFile(file_, kLargestFile, "a mesh file");
+    text_ = ReadWholeFile(file_, kMaxFile, "a mesh file");
   } catch (const InputError& error) {
     throw std::invalid_argument(error.what());
   }

@@ -6,7 +6,7 @@
 namespace palpate {
 namespace {
 
-constexpr double kLargest = 1e15;  // [m]; its cube and its square's ratios are still numbers
+constexpr double kMaxCoordinate = 1e15;  // [m]; its cube and its square's ratios are still numbers
 
 // Numbers that only count from 0 are not worth keeping.
 std::vector<std::int64_t> UnlessPlain(std::vector<std::int64_t> numbers) {
@@ -132,8 +132,9 @@ void MeshBuilder::DropMiddles(std::vector<std::array<int, 4>>* tets,
 }
 
 void MeshBuilder::RequireNear(double largest) const {
-  if (largest <= kLargest) return;
-  place_->Refuse("a coordinate of " + Brief(largest) + " m", "at most " + Brief(kLargest) + " m");
+  if (largest <= kMaxCoordinate) return;
+  place_->Refuse("a coordinate of " + Brief(largest) + " m",
+                 "at most " + Brief(kMaxCoordinate) + " m");
 }
 
 MeshFile MeshBuilder::Finish(double unit) {

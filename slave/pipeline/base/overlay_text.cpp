@@ -8,9 +8,9 @@
 namespace palpate {
 
 void DrawText(const std::string& text, const cv::Scalar& colour, cv::Mat* image) {
-  constexpr double kCapital = 22, kSmallest = 12, kShare = 30;  // of the font at scale one [px]
-  const double height = std::max(kSmallest, image->rows / kShare);
-  const int width = std::max(1, static_cast<int>(std::lround(height / kSmallest)));
+  constexpr double kCapital = 22, kMinHeight = 12, kShare = 30;  // of the font at scale one [px]
+  const double height = std::max(kMinHeight, image->rows / kShare);
+  const int width = std::max(1, static_cast<int>(std::lround(height / kMinHeight)));
   const int left = static_cast<int>(std::lround(height / 2));
   const cv::Point corner(left, left + static_cast<int>(std::lround(height)));
   const auto draw = [&](const cv::Scalar& with, int thickness) {

@@ -115,7 +115,7 @@ class SensingPipeline {
   virtual const ContactEstimate& Estimate(const TipReading& encoders) noexcept = 0;
   // Why the model's last estimate is extrapolated, one clause with static lifetime; empty: it is
   // not, or unknown.
-  [[nodiscard]] virtual std::string_view doubt() const = 0;
+  [[nodiscard]] virtual std::string_view flag_reason() const = 0;
   // The contact that the master renders for a tip at p_S_tip [m] now, between samples too.
   virtual LocalModel LocalModelAt(const Eigen::Vector3d& p_S_tip) noexcept = 0;
   // The surface around a tip at p_S_tip [m] and its compliance, without epoch and revision. False:

@@ -24,7 +24,7 @@ class CameraSense final : public SensingPipeline {
     if (!IsRestartDue()) observation_ = estimator_->See(next_);
   }
   const ContactEstimate& Estimate(const TipReading& encoders) noexcept override;
-  [[nodiscard]] std::string_view doubt() const override { return estimator_->doubt(); }
+  [[nodiscard]] std::string_view flag_reason() const override { return estimator_->flag_reason(); }
   LocalModel LocalModelAt(const Eigen::Vector3d& p_S_tip) noexcept override;
   bool MakePatch(const Eigen::Vector3d& p_S_tip, SurfacePatch* patch) noexcept override {
     return estimator_->MakePatch(p_S_tip - motion().offset, patch);

@@ -109,8 +109,8 @@ void Estimator::ResumeContact() noexcept {
   ForecastIndentation(touch_->contact->MoveTip((X_OS * estimate_.p_S_tip).head<2>()));
 }
 
-std::string_view Estimator::doubt() const {
-  if (!touch_->domain.doubt().empty()) return touch_->domain.doubt();
+std::string_view Estimator::flag_reason() const {
+  if (!touch_->domain.flag_reason().empty()) return touch_->domain.flag_reason();
   const bool by_model = estimate_.check == FailedCheck::kModelRange;
   return by_model && estimate_.reason != kBeyondRange ? estimate_.reason : std::string_view();
 }
@@ -386,7 +386,7 @@ void Estimator::SetPressForce(const BoundaryPlace& place, const ContactResponse&
   const double relative_error = relative * response.force_O.norm();
   rules_.SetForce(-(X_SO.linear() * response.force_O),
                   std::hypot(stiffness * std::hypot(sigma, touch_->FaceGap(place)), relative_error),
-                  {response.validity, FailedCheck::kNone, response.doubt}, &estimate_);
+                  {response.validity, FailedCheck::kNone, response.flag_reason}, &estimate_);
   std::optional<Eigen::Vector3d> moment = response.moment_O;
   if (moment) {
     const Eigen::Vector3d p_O_tip = X_SO.inverse() * estimate_.p_S_tip;

@@ -88,7 +88,7 @@ class Estimator {
   [[nodiscard]] TouchModel& touch() { return *touch_; }
   [[nodiscard]] const TouchModel& touch() const { return *touch_; }
   // See SensingPipeline; of a tool outside its domain from the start.
-  [[nodiscard]] std::string_view doubt() const;
+  [[nodiscard]] std::string_view flag_reason() const;
   // Motion of the object since the first image, S; zero if the camera moves, or if the tool
   // position is unknown.
   [[nodiscard]] const SurfaceMotion& motion() const { return agreement_.motion(); }

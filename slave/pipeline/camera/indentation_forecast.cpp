@@ -8,7 +8,7 @@ namespace palpate {
 namespace {
 
 // Distance from the surface within which an indentation is expected [px].
-constexpr double kNear = 15;
+constexpr double kNearDistance = 15;
 // Sigma of a computed indentation, relative [-]: of the model, and besides as elements are long for
 // the tool.
 constexpr double kModel = 0.05, kMesh = 0.1;
@@ -43,7 +43,7 @@ void IndentationForecast::Expect(const BoundaryPlace& place,
                                  const ObjectRegistrationMonitor::Bar& tool,
                                  const Eigen::Isometry3d& X_SO, const CameraView& view,
                                  TouchModel* touch, ObjectRegistrationMonitor* watch) noexcept {
-  const bool near = place.gap < kNear * view.pixel();
+  const bool near = place.gap < kNearDistance * view.pixel();
   const double depth = touch->indenter ? std::max(-place.gap, kFirst * view.pixel()) : 0;
   const bool deepens = std::abs(depth - depth_) > kDeepens * depth_;
   if (near && place.element == element_ && !deepens) return;

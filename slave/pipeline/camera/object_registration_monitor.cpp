@@ -24,14 +24,14 @@ constexpr double kBeforeTip = 6;           // and beyond its end [px]
 constexpr double kBorder = 12;             // margin of the image without room for a search [px]
 constexpr int kRounds = 12;                // iterations of the fit, at most [-]
 constexpr double kAgrees = 4;              // gate of one edge position [sigma]
-constexpr double kApart = 0.8;             // error that lens or shutter may cause [px]
-constexpr double kMostDisturbed = 4;       // factor by which a disturbed image widens the gate [-]
-constexpr double kLeastAgreeing = 0.5;     // part of the positions in view [-]
-constexpr int kFewest = 12;                // positions of a fit [-]
+constexpr double kMaxError = 0.8;          // error that lens or shutter may cause [px]
+constexpr double kMaxDisturbed = 4;        // factor by which a disturbed image widens the gate [-]
+constexpr double kMinAgreeing = 0.5;       // part of the positions in view [-]
+constexpr int kMinPlaces = 12;             // positions of a fit [-]
 constexpr double kKnown = 0.4;             // sigma above which the motion is unknown [px]
 constexpr double kIndentationKnown = 1.0;  // the same of the indentation [px]
 // Motion that is not compensated [px]. [tuned: MotionThatIsNotCompensatedIsInSigma]
-constexpr double kStill = 0.2;
+constexpr double kMinMotion = 0.2;
 constexpr double kLookAgain = 1.5;  // correction after which the edge is searched again [px]
 // Prior sigmas [px]: the shift may be anything; object and camera turn and grow little, which a
 // disc or half an outline does not determine.
@@ -177,7 +177,7 @@ void ObjectRegistrationMonitor::Gather(const cv::Mat& image, const Bar& tool,
 // Iteratively reweighted squares of the offsets gathered at `x`, which gets the correction. False:
 // too few places agree.
 bool ObjectRegistrationMonitor::Fit(Vector& x) noexcept {
-  if (static_cast<int>(sights_.size()) < kFewest) return false;
+  if (static_cast<int>(sights_.size()) < kMinPlaces) return false;
   Vector hold;  // 1 / sigma^2
   hold << 1 / (kAnyShift * kAnyShift), 1 / (kAnyShift * kAnyShift), 1 / (kTurn * kTurn),
       1 / (kGrowth * kGrowth), 1 / (kAnyIndentation * kAnyIndentation),
@@ -212,7 +212,7 @@ bool ObjectRegistrationMonitor::Fit(Vector& x) noexcept {
   x += move;
   const ObjectSighting& found = found_.sighting;
   return x.allFinite() &&
-         found.agreeing >= std::max<double>(kFewest, kLeastAgreeing * found.places);
+         found.agreeing >= std::max<double>(kMinPlaces, kMinAgreeing * found.places);
 }
 
 // Counts the positions that agree with the fit, and the longest run that lies off to one side.
@@ -224,9 +224,9 @@ void ObjectRegistrationMonitor::Compare(const Vector& move, double scale) noexce
   std::size_t last = 0;
   for (const Sight& sight : sights_) {
     const double error = sight.offset - sight.J.dot(move);
-    const bool agrees = std::abs(error) <= kAgrees * std::min(scale, kMostDisturbed) * sight.sigma;
+    const bool agrees = std::abs(error) <= kAgrees * std::min(scale, kMaxDisturbed) * sight.sigma;
     if (agrees) ++found.agreeing, square += error * error;
-    const bool is_apart = !agrees && std::abs(error) > kApart;
+    const bool is_apart = !agrees && std::abs(error) > kMaxError;
     const bool goes_on = is_apart && row > 0 && sight.place == last + 1 && error * side > 0;
     row = !is_apart ? 0 : goes_on ? row + 1 : 1;
     found.apart = std::max(found.apart, row);
@@ -240,7 +240,7 @@ double ObjectRegistrationMonitor::SharpnessAlong(bool along_x) noexcept {
   for (const Sight& sight : sights_) {
     if (sight.along_x == along_x) sorted_.push_back(sight.sharpness);
   }
-  if (sorted_.size() < kFewest) return 1;
+  if (sorted_.size() < kMinPlaces) return 1;
   return MedianOf(sorted_);
 }
 
@@ -303,7 +303,7 @@ void ObjectRegistrationMonitor::SetSighting(const Bar& tool) noexcept {
   found.known = true;
   found.sigma_px = sigma;
   // A motion within its own error would only shake the tip.
-  const bool still = x.head<4>().cwiseAbs().maxCoeff() < kStill;
+  const bool still = x.head<4>().cwiseAbs().maxCoeff() < kMinMotion;
   found.motion = MotionOf(still ? Vector(Vector::Zero()) : x);
   found.motion_covariance = still ? StandingOut(J * x.head<4>(), C) : C;
   const double sharpness = std::min(SharpnessAlong(true), SharpnessAlong(false));

@@ -26,7 +26,7 @@ class PreviewSense final : public SensingPipeline {
     estimate_.processed_at = Clock::now();
     return estimate_;
   }
-  [[nodiscard]] std::string_view doubt() const override { return {}; }
+  [[nodiscard]] std::string_view flag_reason() const override { return {}; }
   LocalModel LocalModelAt(const Eigen::Vector3d& /*p_S_tip*/) noexcept override { return {}; }
   bool MakePatch(const Eigen::Vector3d& /*p_S_tip*/, SurfacePatch* /*patch*/) noexcept override {
     return false;

@@ -15,9 +15,9 @@ namespace palpate {
 
 class PunctureCue {
  public:
-  static constexpr double kGone = 0.4;            // part of the force at which it is gone
-  static constexpr double kSigmas = 2;            // by which it must be less
-  static constexpr double kLeastIndentation = 8;  // that is to be expected [px]
+  static constexpr double kGone = 0.4;          // part of the force at which it is gone
+  static constexpr double kSigmas = 2;          // by which it must be less
+  static constexpr double kMinIndentation = 8;  // that is to be expected [px]
   static constexpr double kRetreat =
       0.15;  // of the largest depth: a tool that is so much shallower retreats
   static constexpr int kUnseenIndentation =
@@ -41,7 +41,7 @@ class PunctureCue {
   // Once per image in contact. True: the membrane is punctured.
   [[nodiscard]] bool Broke(const Sample& look) noexcept {
     deepest_ = std::max(deepest_, look.depth);
-    if (!look.indentation_known || look.expected_px < kLeastIndentation) return false;
+    if (!look.indentation_known || look.expected_px < kMinIndentation) return false;
     const double most = look.seen_px + kSigmas * look.sigma_px;
     const bool is_gone = most < kGone * look.expected_px;
     was_dented_ |= look.seen_px - kSigmas * look.sigma_px > kGone * look.expected_px;

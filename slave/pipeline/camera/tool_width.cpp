@@ -25,7 +25,7 @@ constexpr double kOfBody = 0.0013;
 constexpr double kStretched = 0.02;
 // Share of what is corrected for the support [-]. [derived: the slope is 1, 0.86 was measured]
 constexpr double kSupported = 0.2;
-constexpr std::size_t kMostElements = 256;
+constexpr std::size_t kMaxElements = 256;
 
 // ln of the length that the mesh holds of a disc's arcs by theirs: elements are held whole.
 double SupportOf(const BoundaryMesh& mesh, const Scene& scene) {
@@ -63,7 +63,7 @@ ToolWidth::Share ToolWidth::At(const BoundaryPlace& place, DeformationModel* mod
 
 // Number of the patch's elements; 0: too many.
 double ToolWidth::LengthOf(const BoundaryPlace& place, double width) const noexcept {
-  std::array<int, kMostElements> patch;
+  std::array<int, kMaxElements> patch;
   const int count = PatchElements(*mesh_, place.element, place.p_O, width, patch);
   if (count > static_cast<int>(patch.size())) return 0;
   double length = 0;

@@ -69,7 +69,7 @@ Contact TouchModel::ContactAt(const BoundaryPlace& place) noexcept {
 ContactResponse TouchModel::Solve(const BoundaryPlace& place, const Eigen::Vector3d& displacement_O,
                                   Solution* solution) noexcept {
   ContactResponse response = Answer(place, displacement_O, solution);
-  domain.Judge({.p_O = Planar(place.p_O), .width = tool_width_}, &response);
+  domain.FlagOutside({.p_O = Planar(place.p_O), .width = tool_width_}, &response);
   return response;
 }
 

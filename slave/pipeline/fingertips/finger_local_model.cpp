@@ -17,9 +17,9 @@ using Eigen::Isometry3d;
 using Eigen::Matrix3d;
 using Eigen::Vector3d;
 
-constexpr double kVouchedFor = 0.5;   // of the larger side, where the model states no range
-constexpr double kLeastShare = 0.25;  // of the full depth: contact does not begin without stiffness
-constexpr double kOnSurface = 1e-6;   // of the radius
+constexpr double kVouchedFor = 0.5;  // of the larger side, where the model states no range
+constexpr double kMinShare = 0.25;   // of the full depth: contact does not begin without stiffness
+constexpr double kOnSurface = 1e-6;  // of the radius
 constexpr double kSpread = 0.3;  // small strain, coarse meshes: foams are off by tens of percent
 // Learning time of the measured force in the stiffness [s]. [tuned:
 // TheRenderedForceBecomesTheOneEstimated]
@@ -28,7 +28,7 @@ constexpr double kLearningTime = 0.05;
 // [s]. [tuned: TheRenderedForceLeansAsTheOneEstimated]
 constexpr double kLeanTime = 0.2;
 // Beyond it no spring has this stiffness [-]. [by definition]
-constexpr double kMostLean = 0.5;
+constexpr double kMaxLean = 0.5;
 // Share of the force, a third of what a hand notices [-]. [derived: Weber fraction of 0.1]
 constexpr double kTurned = 0.03;
 // Size of a force that shows its direction [sigmas]. [by definition]
@@ -125,12 +125,12 @@ void FingerLocalModel::LearnLean(const MeasuredForce& measured, const Vector3d& 
   const Vector3d missing = (measured.force_S - f_S) / along;
   const double share = std::min(1.0, depth_ / full_depth_);
   lean_O_ += share * lean_rate_ * (R_SO.transpose() * (missing - n_S.dot(missing) * n_S));
-  lean_O_ *= std::min(1.0, kMostLean / std::max(lean_O_.norm(), kMostLean));
+  lean_O_ *= std::min(1.0, kMaxLean / std::max(lean_O_.norm(), kMaxLean));
 }
 
 Matrix3d FingerLocalModel::StiffnessOf(TactileBody& body, int triangle, const Vector3d& weights,
                                        double depth) noexcept {
-  const double share = std::clamp(depth / full_depth_, kLeastShare, 1.0);
+  const double share = std::clamp(depth / full_depth_, kMinShare, 1.0);
   const double radius = disc_radius_ * std::sqrt(share);
   const Vector3d& n = triangle == place_.triangle ? place_.n_O : Normal(body.surface, triangle);
   Matrix3d K;

@@ -23,7 +23,9 @@ class FingertipSense final : public SensingPipeline {
   bool Acquire(const std::stop_token& stop) override;
   void Process() noexcept override {}
   const ContactEstimate& Estimate(const TipReading& encoders) noexcept override;
-  [[nodiscard]] std::string_view doubt() const override { return estimator_.object().doubt(); }
+  [[nodiscard]] std::string_view flag_reason() const override {
+    return estimator_.object().flag_reason();
+  }
   LocalModel LocalModelAt(const Eigen::Vector3d& p_S_tip) noexcept override {
     return estimator_.LocalAt(p_S_tip);
   }

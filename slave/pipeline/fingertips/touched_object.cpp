@@ -91,10 +91,10 @@ bool TouchedObject::Respond() noexcept {
   body_->deformation->Solve(contacts_, &solution_);
   at_rest_ = contacts_.empty() && !body_->moves_in_time;
   validity_ = Validity::kValid;
-  doubt_ = {};
+  flag_reason_ = {};
   for (const ContactResponse& response : solution_.responses()) {
     validity_ = Worse(validity_, response.validity);
-    if (!response.doubt.empty()) doubt_ = response.doubt;
+    if (!response.flag_reason.empty()) flag_reason_ = response.flag_reason;
   }
   return validity_ != Validity::kFailed && body_->deformation->failure().empty();
 }

@@ -45,7 +45,7 @@ class TouchedObject {
   // State of the deformation.
   [[nodiscard]] Validity validity() const { return validity_; }
   // Why it is extrapolated, one clause with static lifetime; may be empty.
-  [[nodiscard]] std::string_view doubt() const { return doubt_; }
+  [[nodiscard]] std::string_view flag_reason() const { return flag_reason_; }
   // Nodes of the surface as they are deformed now, frame S [m]; empty without a body. O(N).
   [[nodiscard]] std::vector<Eigen::Vector3d> DeformedNodes() const;
 
@@ -62,7 +62,7 @@ class TouchedObject {
   Solution solution_;
   bool at_rest_ = true;
   Validity validity_ = Validity::kValid;
-  std::string_view doubt_;
+  std::string_view flag_reason_;
 };
 
 }  // namespace palpate

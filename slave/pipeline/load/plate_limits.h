@@ -10,35 +10,35 @@ namespace palpate {
 struct PlateLimits {
   // Points that are used as they are; beyond, at most so many [-]. [tuned: surface_estimator_test,
   // a force from 1681 points]
-  static constexpr std::size_t kMostPoints = 128;
+  static constexpr std::size_t kMaxPoints = 128;
   // Points of a motion or an outlier [-]. [derived: four of a load, and one to spare]
-  static constexpr int kLeastPoints = 5;
+  static constexpr int kMinPoints = 5;
 
   // Outliers. Fits with softened weights [-], scatter at which weights fall [sigma]. [tuned:
-  // surface_doubts_test, dots out of place]
+  // surface_flags_test, dots out of place]
   static constexpr int kSoftRounds = 6;
-  static constexpr double kSoft = 2;  // [sigma] [tuned: surface_doubts_test, dots out of place]
+  static constexpr double kSoft = 2;  // [sigma] [tuned: surface_flags_test, dots out of place]
   // The model's own error by the largest deflection [-]. [derived: that of the check of the fit]
   static constexpr double kModelError = LoadLimits::kModelError;
   // Solutions of the plate for fits with the same rim [-]. [recorded: a compensated rig needs up to
   // 650, a moved rim 1000; points of a mirrored image took seconds] [tuned:
   // AMovedRimIsFlaggedAndNotTurnedIntoForce]
-  static constexpr long kMostPresses = 1300;
+  static constexpr long kMaxPresses = 1300;
 
   // A moved rim or rig. It is sought if more points are left out [-], or the residual is larger
-  // [-]; and found if the residual falls to this share [-]. [tuned: surface_doubts_test, a moved
+  // [-]; and found if the residual falls to this share [-]. [tuned: surface_flags_test, a moved
   // rim, a bumped rig]
   static constexpr double kManyLeftOut = 0.15, kPoorFit = 2, kClearlyBetter = 0.7;
   // Share of the depth that is the model's error in a motion of the rim, or by which a contact
-  // moves and draws together its points along the plate [-]. [tuned: surface_doubts_test, a moved
+  // moves and draws together its points along the plate [-]. [tuned: surface_flags_test, a moved
   // rim, a bumped rig, points that move apart]
   static constexpr double kRimShare = 0.02, kSidewaysShare = 0.1, kGrowthShare = 0.03;
   // Compensated rigid motion of rig or membrane [m]: along the plate, normal to it, and at the rim
   // by a tilt. Rotation of the cameras about themselves raises nothing. [tuned: rig bumped at rest]
-  static constexpr double kMostSlide = 4e-3, kMostRise = 0.3e-3, kMostTilt = 1.5e-3;
+  static constexpr double kMaxSlide = 4e-3, kMaxRise = 0.3e-3, kMaxTilt = 1.5e-3;
   // Images that determine the rim's motion, and that are remembered [-]. [tuned: rig bumped at
   // rest, 10 px: 2.3 % rms]
-  static constexpr int kRestFrames = 5, kMostRestFrames = 100;
+  static constexpr int kRestFrames = 5, kMaxRestFrames = 100;
 
   // Uncertainty.
   // Error of the plate's shape around a load by the depth [-]. [tuned:

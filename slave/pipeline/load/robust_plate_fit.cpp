@@ -48,7 +48,7 @@ void RobustPlateFit::Read(const std::vector<SurfacePoint>& points_O) {
     ++on_plate;
     if (IsUsable(points_O[i])) visible_.push_back(i);
   }
-  const std::size_t size = std::min(on_plate, PlateLimits::kMostPoints);
+  const std::size_t size = std::min(on_plate, PlateLimits::kMaxPoints);
   const std::size_t used = std::min(size, visible_.size());
   rows_.assign(size, {});
   sorted_.reserve(size);
@@ -79,9 +79,9 @@ PlateFit RobustPlateFit::Fit(const std::vector<SurfacePoint>& points_O) noexcept
   fit = FitRim(slide);
   LearnRim(fit, slide > 0);
   const Vector3d& motion = fit.load.rim_motion;
-  fit.compensated = slide > 0 && slide < PlateLimits::kMostSlide &&
-                    std::abs(motion[0]) < PlateLimits::kMostRise &&
-                    motion.tail<2>().norm() < PlateLimits::kMostTilt;
+  fit.compensated = slide > 0 && slide < PlateLimits::kMaxSlide &&
+                    std::abs(motion[0]) < PlateLimits::kMaxRise &&
+                    motion.tail<2>().norm() < PlateLimits::kMaxTilt;
   fit.growth = Growth(fit.load);
   fit.deepest = deepest_;
   double square = 0;
@@ -125,7 +125,7 @@ void RobustPlateFit::LearnRim(const PlateFit& fit, bool slid) noexcept {
   if (!slid || !fit.load.nothing) return;
   if (!used_rim_ && rest_frames_ >= PlateLimits::kRestFrames) rest_frames_ = 0;  // it moved again
   if (rest_frames_ == 0) rim_motion_.setZero();
-  rest_frames_ = std::min(rest_frames_ + 1, PlateLimits::kMostRestFrames);
+  rest_frames_ = std::min(rest_frames_ + 1, PlateLimits::kMaxRestFrames);
   rim_motion_ += (fit.load.rim_motion - rim_motion_) / rest_frames_;
 }
 
@@ -139,7 +139,7 @@ PlateFit RobustPlateFit::FitLoad(Rim rim, const Vector3d& offset) noexcept {
     row.weight = row.usable ? 1 : 0;
     row.offset = offset[0] + offset.tail<2>().dot(row.place / plate_.radius());
   }
-  fitter_.Allow(PlateLimits::kMostPresses);
+  fitter_.Allow(PlateLimits::kMaxPresses);
   fit.load = SolveWeighted(rim, true);
   bool outliers = FindOutliers(fit.load, rim);
   for (int round = 0; outliers && round <= PlateLimits::kSoftRounds; ++round) {
@@ -186,7 +186,7 @@ bool RobustPlateFit::FindOutliers(const LoadFit& load, Rim rim) noexcept {
     row.residual = row.moved.z() - row.offset - fitted;
     sorted_.push_back(std::abs(row.residual) / row.sigma);
   }
-  if (usable_ <= PlateLimits::kLeastPoints) return false;
+  if (usable_ <= PlateLimits::kMinPoints) return false;
   scatter_ = std::max(NoiseLimits::kMinScatter, SigmaOfSizes(sorted_));
   kept_ = 0;
   for (Row& row : rows_) {
@@ -205,7 +205,7 @@ double RobustPlateFit::SigmaOfMean(const LoadFit& load) const noexcept {
 }
 
 bool RobustPlateFit::RimMoved(const LoadFit& load) const noexcept {
-  if (kept_ < PlateLimits::kLeastPoints) return false;
+  if (kept_ < PlateLimits::kMinPoints) return false;
   double sum = 0;
   for (const Row& row : rows_) sum += row.kept ? row.sigma * row.sigma : 0;
   const Vector3d& motion = load.rim_motion;
@@ -218,7 +218,7 @@ bool RobustPlateFit::RimMoved(const LoadFit& load) const noexcept {
 // How far all points went along the plate together [m]; 0: no farther than noise and a load move
 // them.
 double RobustPlateFit::Slide() noexcept {
-  if (usable_ < PlateLimits::kLeastPoints) return 0;
+  if (usable_ < PlateLimits::kMinPoints) return 0;
   double deepest = 0, sigma = 0;
   for (const Row& row : rows_) {
     if (!row.usable) continue;
@@ -244,7 +244,7 @@ double RobustPlateFit::Slide() noexcept {
 
 // Least squares over the displacements along the plate that go with the distance from the middle.
 NuisanceParameter RobustPlateFit::Growth(const LoadFit& load) const noexcept {
-  if (kept_ < PlateLimits::kLeastPoints) return {};
+  if (kept_ < PlateLimits::kMinPoints) return {};
   Vector2d middle(0, 0), slide(0, 0);
   double sigma = 0;
   for (const Row& row : rows_) {

@@ -31,7 +31,7 @@ class RobustPlateFit {
   RobustPlateFit(PlateSurface& plate, const PlateSurface::Tool& tool, PlateSurface* finer = nullptr,
                  TighterPlate tighter = {});
 
-  // Points in frame O, of which PlateLimits::kMostPoints are used; invisible points, points off the
+  // Points in frame O, of which PlateLimits::kMaxPoints are used; invisible points, points off the
   // plate, not finite or without a sigma do not count. A point more than five standard deviations
   // (of the points' scatter) and a share of the largest deflection from the fit is an outlier and
   // excluded. A point is used at its position at rest, also if it moved sideways.

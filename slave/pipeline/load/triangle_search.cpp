@@ -167,7 +167,7 @@ void TriangleSearch::Read(DeformationModel& model, const SurfaceContact& contact
     Seen& seen = seen_[i];
     seen.moved = point.p_S - point.p_S_rest;
     seen.whitener = factor.matrixL().solve(Matrix3d::Identity());
-    seen.usable = seen.kept = point.seen && greens_.Knows(i) && seen.moved.allFinite() &&
+    seen.usable = seen.kept = point.seen && greens_.IsSolved(i) && seen.moved.allFinite() &&
                               factor.info() == Eigen::Success && seen.whitener.allFinite();
     usable_ += seen.usable ? 1 : 0;
   }
@@ -180,11 +180,11 @@ void TriangleSearch::Read(DeformationModel& model, const SurfaceContact& contact
   sorted_.reserve(points_O.size());
 }
 
-TriangleLoad TriangleSearch::FindAndSift() noexcept {
+TriangleLoad TriangleSearch::FindWithoutOutliers() noexcept {
   TriangleLoad best;
   for (int round = 0; round <= VolumeLimits::kRounds; ++round) {
     best = Find();
-    if (best.triangle < 0 || round == VolumeLimits::kRounds || !LeaveOut(best)) break;
+    if (best.triangle < 0 || round == VolumeLimits::kRounds || !ExcludeOutliers(best)) break;
   }
   return best;
 }
@@ -275,7 +275,7 @@ void TriangleSearch::SolveTriangle(int triangle, TriangleLoad* best) noexcept {
   }
 }
 
-bool TriangleSearch::LeaveOut(const TriangleLoad& best) noexcept {
+bool TriangleSearch::ExcludeOutliers(const TriangleLoad& best) noexcept {
   sorted_.clear();
   double worst = 0;
   for (std::size_t i = 0; i < seen_.size(); ++i) {
@@ -289,7 +289,7 @@ bool TriangleSearch::LeaveOut(const TriangleLoad& best) noexcept {
       NoiseLimits::kSignificant * std::max(NoiseLimits::kMinScatter, MedianOf(sorted_)), worst / 2);
   bool left_out = false;
   for (Seen& seen : seen_) {
-    if (!seen.kept || seen.residual <= accepted || kept_ <= VolumeLimits::kLeastPoints) continue;
+    if (!seen.kept || seen.residual <= accepted || kept_ <= VolumeLimits::kMinPoints) continue;
     seen.kept = false;
     left_out = true;
     --kept_;

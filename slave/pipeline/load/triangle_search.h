@@ -23,16 +23,17 @@ class PointGreens {
   // which a node's load is spread [m].
   PointGreens(const SurfaceMesh& surface, double load, double patch);
 
-  // Three Responds per point whose position at rest differs from the last call, for as many points
-  // as VolumeLimits::kWork permits, those in view first; the calls after it continue. A point
-  // without a solution: false from Knows(). Allocates if the number of points is new.
+  // Computes the functions of points whose position at rest differs from the last call, with three
+  // Responds each: as many points as VolumeLimits::kWork permits, visible ones first. Later calls
+  // continue. IsSolved() is false for a point without a solution. Allocates if the number of points
+  // is new.
   void Update(DeformationModel& model, const SurfaceContact& contact,
               const std::vector<SurfacePoint>& points_O);
   // Share of the points in view that have been tried to solve [-].
   [[nodiscard]] double done() const { return done_; }
-  [[nodiscard]] bool Knows(std::size_t point) const { return known_[point]; }
-  // Takes the functions of `before`, which has the same surface and patches, times `scale` if
-  // `model` moves as they say under loads on one point. Three Responds.
+  [[nodiscard]] bool IsSolved(std::size_t point) const { return known_[point]; }
+  // Takes the functions of `before`, which has the same surface and patches, multiplied by `scale`,
+  // if `model` moves accordingly under loads on one point. Three Responds.
   void TakeOver(PointGreens* before, double scale, DeformationModel& model,
                 const SurfaceContact& contact);
   [[nodiscard]] const std::vector<int>& nodes() const { return nodes_; }  // that can be loaded
@@ -60,12 +61,12 @@ class PointGreens {
   std::array<Eigen::MatrixXd, 3> by_;
 };
 
-// The forces at a triangle's nodes, along its normal, that explain most.
+// Forces at a triangle's nodes, along its normal, that explain the largest part of the motion.
 struct TriangleLoad {
   int triangle = -1;                                     // -1: none
   Eigen::Vector3d forces{0, 0, 0};                       // [N]
-  Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();  // [N^2], from the points'
-  double explained = -1;                                 // squares by the points' sigmas
+  Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();  // [N^2], from that of the points
+  double explained = -1;                                 // sum of squares, in sigmas of the points
 };
 
 // Least squares in all three components of all points. Frame O.
@@ -78,8 +79,8 @@ class TriangleSearch {
   // PointGreens::Update. Allocates if their number is new; may throw std::bad_alloc.
   void Read(DeformationModel& model, const SurfaceContact& contact,
             const std::vector<SurfacePoint>& points_O);
-  // Excludes points beyond the scatter; at least VolumeLimits::kLeastPoints stay.
-  TriangleLoad FindAndSift() noexcept;
+  // Excludes points beyond the scatter; at least VolumeLimits::kMinPoints stay.
+  TriangleLoad FindWithoutOutliers() noexcept;
   // Uses the remaining points.
   TriangleLoad Find() noexcept;
   // The next search does not begin at the last load.
@@ -98,13 +99,15 @@ class TriangleSearch {
   [[nodiscard]] const Eigen::Vector3d& normal(int triangle) const {
     return normals_[static_cast<std::size_t>(triangle)];
   }
-  // Sum of squared measurements, in sigma, that the best load had to explain.
+  // Sum of squared measurements that the best load had to explain, in sigmas.
   [[nodiscard]] double measured() const noexcept { return square_; }
-  // Displacement of a point under the load, as at rest [m].
+  // Displacement of a point under the load, for small loads on the body at rest [m].
   [[nodiscard]] Eigen::Vector3d Displacement(const TriangleLoad& load,
                                              std::size_t point) const noexcept;
-  // Further motion of the point [m]: subtracted from its displacement until Read.
-  void TakeOff(std::size_t point, const Eigen::Vector3d& beyond) { seen_[point].beyond = beyond; }
+  // Sets a further motion of the point [m], which is subtracted from its displacement until Read.
+  void SubtractMotion(std::size_t point, const Eigen::Vector3d& beyond) {
+    seen_[point].beyond = beyond;
+  }
 
  private:
   struct Seen {
@@ -121,7 +124,7 @@ class TriangleSearch {
   void SolveAroundTriangle(int triangle, TriangleLoad* best) noexcept;
   void SolveAroundNode(int node, TriangleLoad* best) noexcept;
   void SolveTriangle(int triangle, TriangleLoad* best) noexcept;
-  bool LeaveOut(const TriangleLoad& best) noexcept;
+  bool ExcludeOutliers(const TriangleLoad& best) noexcept;
 
   const SurfaceMesh& surface_;
   PointGreens greens_;

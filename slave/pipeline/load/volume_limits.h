@@ -5,7 +5,7 @@ namespace palpate {
 
 struct VolumeLimits {
   // Points of a load [-]. [derived: three nodal forces, and one to spare]
-  static constexpr int kLeastPoints = 4;
+  static constexpr int kMinPoints = 4;
   // Solutions for new points times their unknowns, per sample, except for a first point: else the
   // states of a large body would stop for seconds [-]. [measured: 3.6 ms per solution of 20,250
   // tetrahedra, 30 ms in total]
@@ -18,10 +18,10 @@ struct VolumeLimits {
   // a millionth]
   static constexpr double kLinearLoad = 1e-6;
   // Width of a load, at least, by the larger side [-].
-  static constexpr double kLeastWidth = 1e-3;
+  static constexpr double kMinWidth = 1e-3;
   // Residual below which the stated sigmas are too large, and by how much they may be [-].
   // [derived: those of LoadFitter]
-  static constexpr double kTrusted = 0.7, kLeastResidual = 0.1;
+  static constexpr double kTrusted = 0.7, kMinResidual = 0.1;
   // Rounds of leaving points out, and Newton steps of the load through a model that is not linear
   // [-]. [tuned: volume_load_identifier_test]
   static constexpr int kRounds = 5;
@@ -30,7 +30,7 @@ struct VolumeLimits {
   // Slope of a Newton step's change over the load that a secant must have to be followed, at least,
   // and change of the load by one, at most, by the load [-]. [derived: -1 where the model is
   // linear]
-  static constexpr double kLeastSlope = 0.1, kMostChange = 0.5;
+  static constexpr double kMinSlope = 0.1, kMaxChange = 0.5;
   // Difference of two models' displacements under a load that are the same, by their size [-].
   static constexpr double kSameModel = 1e-3;
 };

@@ -52,7 +52,7 @@ class VolumeLoadIdentifier final : public LoadIdentifier {
         stiffness_(scene, surface_, std::get_if<SolidMesh>(&mesh)),
         young_modulus_(scene.object.material.young_modulus),
         larger_side_(LargerSide(surface_.nodes)),
-        width_(std::max(width, VolumeLimits::kLeastWidth * larger_side_)),
+        width_(std::max(width, VolumeLimits::kMinWidth * larger_side_)),
         linear_(IsLinear(scene)),
         search_(surface_, VolumeLimits::kLinearLoad * young_modulus_ * larger_side_ * larger_side_,
                 width_) {
@@ -94,11 +94,11 @@ class VolumeLoadIdentifier final : public LoadIdentifier {
   bool linear_;
   TriangleSearch search_;
   Solution solution_;
-  std::vector<Vector3d> field_;  // of the nodes [m]
-  bool unsolved_ = false;        // the model found no equilibrium under the load
-  bool converged_ = true;        // the load through a model that is not linear
-  std::string_view doubt_;       // of the model, of its last answer
-  double bound_ = 0;             // of the error of that answer by the model itself, relative [-]
+  std::vector<Vector3d> field_;   // of the nodes [m]
+  bool unsolved_ = false;         // the model found no equilibrium under the load
+  bool converged_ = true;         // the load through a model that is not linear
+  std::string_view flag_reason_;  // of the model, of its last answer
+  double bound_ = 0;              // of the error of that answer by the model itself, relative [-]
   SurfaceLoad load_;
   Checks<FitSample> checks_ = MakeVolumeChecks();
 };
@@ -123,18 +123,18 @@ SurfaceLoad VolumeLoadIdentifier::TryFit(const std::vector<SurfacePoint>& points
               kComputing[static_cast<std::size_t>(done * kComputing.size())]});
     return load;
   }
-  if (search_.usable() < VolumeLimits::kLeastPoints) {
+  if (search_.usable() < VolumeLimits::kMinPoints) {
     load.Set({Validity::kTrackingLost, FailedCheck::kNone,
               "fewer than four points of the object are in view"});
     return load;
   }
-  TriangleLoad best = search_.FindAndSift();
+  TriangleLoad best = search_.FindWithoutOutliers();
   if (best.triangle < 0) {
     load.reason = "no load explains the points";
     return load;
   }
   Place(best, &load);
-  doubt_ = {};
+  flag_reason_ = {};
   bound_ = 0;
   if (!linear_) {
     Refine(&best, &load);
@@ -181,10 +181,10 @@ void VolumeLoadIdentifier::Place(const TriangleLoad& best, SurfaceLoad* load) {
 
 void VolumeLoadIdentifier::CheckFit(const std::vector<SurfacePoint>& points_O,
                                     const TriangleLoad& best, SurfaceLoad* load) noexcept {
-  const double doubt = std::clamp(load->residual / VolumeLimits::kTrusted,
-                                  VolumeLimits::kLeastResidual / VolumeLimits::kTrusted, 1.0);
+  const double flag_reason = std::clamp(load->residual / VolumeLimits::kTrusted,
+                                        VolumeLimits::kMinResidual / VolumeLimits::kTrusted, 1.0);
   load->validity = Validity::kValid;
-  const double least = NoiseLimits::kSignificant * doubt;
+  const double least = NoiseLimits::kSignificant * flag_reason;
   if (best.explained < least * least) {
     load->force = load->depth = load->sigma_place = 0;
     return;
@@ -196,8 +196,9 @@ void VolumeLoadIdentifier::CheckFit(const std::vector<SurfacePoint>& points_O,
   const double range = model_->info().range;
   if (range > 0 && std::abs(load->depth) > range * larger_side_) {
     sample.beyond_range = "the deflection is beyond the model's range";
-  } else if (!doubt_.empty() && doubt_ != kCoarsePatch) {  // which few of the points are on
-    sample.beyond_range = doubt_;
+  } else if (!flag_reason_.empty() &&
+             flag_reason_ != kCoarsePatch) {  // which few of the points are on
+    sample.beyond_range = flag_reason_;
   } else if (unsolved_) {
     sample.beyond_range =
         "the model finds no equilibrium under this load: the small-strain solution is used";
@@ -225,7 +226,7 @@ void VolumeLoadIdentifier::Refine(TriangleLoad* best, SurfaceLoad* load) noexcep
         u += place->weights[static_cast<Eigen::Index>(c)] *
              field_[Index(surface_.triangles[Index(place->triangle)][c])];
       }
-      search_.TakeOff(i, u - search_.Displacement(*best, i));
+      search_.SubtractMotion(i, u - search_.Displacement(*best, i));
     }
     const double tried = load->force;
     *best = search_.Find();
@@ -237,8 +238,8 @@ void VolumeLoadIdentifier::Refine(TriangleLoad* best, SurfaceLoad* load) noexcep
     const double slope = (change - last_change) / (tried - last);
     last = tried;
     last_change = change;
-    if (converged_ || load->force == 0 || !(slope < -VolumeLimits::kLeastSlope)) continue;
-    const double most = VolumeLimits::kMostChange * std::abs(tried);
+    if (converged_ || load->force == 0 || !(slope < -VolumeLimits::kMinSlope)) continue;
+    const double most = VolumeLimits::kMaxChange * std::abs(tried);
     best->forces *= (tried + std::clamp(-change / slope, -most, most)) / load->force;
     Place(*best, load);
   }
@@ -262,7 +263,7 @@ bool VolumeLoadIdentifier::Respond(const SurfaceLoad& load) noexcept {
   model_->Solve({&contact, 1}, &solution_);
   const ContactResponse& response = solution_.responses().front();
   if (response.validity == Validity::kFailed) return false;
-  doubt_ = response.doubt;
+  flag_reason_ = response.flag_reason;
   const double moved = response.displacement_O.norm();
   bound_ = moved > 0 ? response.displacement_error / moved : 0;
   return true;

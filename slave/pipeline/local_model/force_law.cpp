@@ -6,10 +6,10 @@
 namespace palpate {
 namespace {
 
-constexpr double kVariance = 1e-8;    // of places, below which a slope says nothing [m^2]
-constexpr double kSoftest = 300;      // before anything is learnt [N/m]
-constexpr double kStiffest = 5000;    // [N/m]
-constexpr double kLeastForce = 1e-9;  // [N]
+constexpr double kVariance = 1e-8;  // of places, below which a slope says nothing [m^2]
+constexpr double kSoftest = 300;    // before anything is learnt [N/m]
+constexpr double kStiffest = 5000;  // [N/m]
+constexpr double kMinForce = 1e-9;  // [N]
 
 }  // namespace
 
@@ -35,7 +35,7 @@ void ForceLaw::AddSample(const Eigen::Vector3d& p_S, const Eigen::Vector3d& forc
     place.weight *= forget_;
     place.force *= forget_;
   }
-  const bool presses = size > std::max(kTouch * sigma, kLeastForce);
+  const bool presses = size > std::max(kTouch * sigma, kMinForce);
   if (!begun_) {
     if (!presses) return;
     begun_ = true;
@@ -81,7 +81,7 @@ double ForceLaw::AtPlace(double x) const noexcept {
 double ForceLaw::Surface() const noexcept {
   const int middle = static_cast<int>(std::lround(line_.x / line_.n / spacing_)) + kPlaces / 2;
   for (int place = middle; place > middle - kPlaces; --place) {
-    if (ValueOf(place) < kLeastForce) return (place - kPlaces / 2) * spacing_;
+    if (ValueOf(place) < kMinForce) return (place - kPlaces / 2) * spacing_;
   }
   return line_.x / line_.n - depth_;
 }

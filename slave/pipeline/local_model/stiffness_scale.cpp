@@ -10,8 +10,8 @@ namespace {
 // Ratio of a force to its sigma from which on it is significant. [-] [tuned:
 // OnlyFiniteForcesAboveZeroTell]
 constexpr double kErrors = 3;
-constexpr double kLeastRatio = 0.25,
-                 kLargestRatio = 4;  // [-] [tuned: OnlyFiniteForcesAboveZeroTell]
+constexpr double kMinRatio = 0.25,
+                 kMaxRatio = 4;  // [-] [tuned: OnlyFiniteForcesAboveZeroTell]
 // Values as far apart are alike to 1 / e. [-] [tuned: DepthsNotEstimatedFollowTheirNeighbours]
 constexpr double kAlike = 5;
 constexpr double kForgotten = 2e-3;  // share per sample
@@ -21,8 +21,7 @@ constexpr double kForgotten = 2e-3;  // share per sample
 RatioSample CompareForces(double estimate, double sigma, double modelled) noexcept {
   const bool known = std::isfinite(estimate) && std::isfinite(sigma) && std::isfinite(modelled);
   if (!known || !(estimate > 0) || !(modelled > 0)) return {};
-  return {std::clamp(estimate / modelled, kLeastRatio, kLargestRatio), kErrors * sigma / estimate,
-          true};
+  return {std::clamp(estimate / modelled, kMinRatio, kMaxRatio), kErrors * sigma / estimate, true};
 }
 
 double LearningRate(double time, double rate) {
@@ -63,7 +62,7 @@ void StiffnessScale::Learn(double depth, const RatioSample& sample) noexcept {
       std::max(sample.error * sample.error, variance * (1 - learning_rate_) / learning_rate_);
   const Values gain = mixed / (variance + error);
   ratios_ += gain * (sample.ratio - weights.dot(ratios_));
-  ratios_ = ratios_.cwiseMax(kLeastRatio).cwiseMin(kLargestRatio);
+  ratios_ = ratios_.cwiseMax(kMinRatio).cwiseMin(kMaxRatio);
   covariance_ -= gain * mixed.transpose();
   covariance_ += kForgotten * (before_ - covariance_);
 }

@@ -39,10 +39,10 @@ class ManipulatorAgreement {
     if_camera_moves_.Update(sight.p_S_at_rest, reading, sigma);
     if (!sight.object_known) return;
     const double ratio = 0.5 * (if_camera_moves_.nis() - if_object_moves_.nis());
-    evidence_ += std::clamp(ratio, -kMostPerImage, kMostPerImage);
-    evidence_ = std::clamp(evidence_, -kSure, kSure);
-    if (evidence_ >= kSure) object_moves_ = true;
-    if (evidence_ <= -kSure) object_moves_ = false;
+    evidence_ += std::clamp(ratio, -kMaxPerImage, kMaxPerImage);
+    evidence_ = std::clamp(evidence_, -kDecisionRatio, kDecisionRatio);
+    if (evidence_ >= kDecisionRatio) object_moves_ = true;
+    if (evidence_ <= -kDecisionRatio) object_moves_ = false;
     FollowObject(sight);
   }
   // Adds an image without an encoder reading. The decision stays as it was.
@@ -79,10 +79,10 @@ class ManipulatorAgreement {
 
  private:
   // Log-likelihood ratio at which a hypothesis is accepted: ln 10^4 [-]. [by definition]
-  static constexpr double kSure = 9.2;
+  static constexpr double kDecisionRatio = 9.2;
   // Largest part of it that one image contributes: three images must agree [-]. [tuned:
   // ABumpIsTheCamerasAndAShiftTheObjectsWhateverTheTipDoesThen]
-  static constexpr double kMostPerImage = kSure / 3;
+  static constexpr double kMaxPerImage = kDecisionRatio / 3;
 
   // Deviation that is noise of the image alone [sigma]. [tuned: late]
   static constexpr double kNoiseSigmas = 2;

@@ -22,7 +22,7 @@ class MotionTrend {
     const std::size_t n = std::min(count_, kImages);
     velocity_.setZero();
     error_ = 0;
-    if (n < kFewest) return;
+    if (n < kMinImages) return;
     double t_mean = 0;
     Eigen::Vector3d mean = Eigen::Vector3d::Zero();
     for (std::size_t i = 0; i < n; ++i) {
@@ -50,7 +50,7 @@ class MotionTrend {
   [[nodiscard]] double error() const noexcept { return error_; }  // one standard deviation [m/s]
 
  private:
-  static constexpr std::size_t kImages = 12, kFewest = 4;
+  static constexpr std::size_t kImages = 12, kMinImages = 4;
   // Error, of the velocity [-]. [tuned: WhatIsEstimatedAndWhatTravelsGoWithIt]
   static constexpr double kKnown = 0.5;
   // Slope of a parabola at its end relative to the errors of its ends. [-] [tuned:

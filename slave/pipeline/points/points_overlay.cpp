@@ -17,7 +17,7 @@ const cv::Scalar kSeenColour(80, 200, 80), kLostColour(60, 60, 240), kLoadColour
 // Sizes of the drawing: a ring at full scale by the image's height [-], the largest share of full
 // scale
 // [-], the step that shows the direction of a force [m]. [by definition]
-constexpr double kRing = 0.1, kMostShare = 1.5, kShortStep = 1e-3;
+constexpr double kRing = 0.1, kMaxShare = 1.5, kShortStep = 1e-3;
 
 // Far outside stays outside, and drawable.
 cv::Point Round(const Eigen::Vector2d& p) {
@@ -32,7 +32,7 @@ std::string ForceText(const PointsOverlay& overlay) {
 
 double ShareOf(const PointsOverlay& overlay, double full_scale) {
   const bool has_share = overlay.force && *overlay.force > 0 && full_scale > 0;
-  return has_share ? std::fmin(kMostShare, *overlay.force / full_scale) : 0;
+  return has_share ? std::fmin(kMaxShare, *overlay.force / full_scale) : 0;
 }
 
 }  // namespace

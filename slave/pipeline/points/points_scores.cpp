@@ -10,7 +10,7 @@ namespace {
 // Difference of the depths of one halt [m]. [by definition]
 constexpr double kSameDepth = 1e-6;
 // Pairs of a halt [-]. [by definition]
-constexpr int kFewest = 3;
+constexpr int kMinPairs = 3;
 
 }  // namespace
 
@@ -34,7 +34,7 @@ std::vector<PressStep> PressSteps::steps() const {
   std::vector<PressStep> halts;
   std::size_t way_in = 0;  // how many of them
   for (const PressStep& step : steps_) {
-    if (step.pairs < kFewest) continue;
+    if (step.pairs < kMinPairs) continue;
     halts.push_back(step);
     if (step.depth >= halts[way_in > 0 ? way_in - 1 : 0].depth) way_in = halts.size();
   }

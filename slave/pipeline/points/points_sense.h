@@ -50,7 +50,7 @@ class PointsSense final : public SensingPipeline {
   // Triangles of the model's surface; without force estimation those of the scene's mesh, moved as
   // a rigid body.
   BoundaryShape Shape(const ShapeParts& parts) override;
-  [[nodiscard]] std::string_view doubt() const override {
+  [[nodiscard]] std::string_view flag_reason() const override {
     return estimate_->validity == Validity::kExtrapolated ? why() : std::string_view();
   }
   // The left image.

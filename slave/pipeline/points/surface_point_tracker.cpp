@@ -121,7 +121,7 @@ class TexturePointTracker final : public PairPointTracker {
 DepthPoints::Params DepthParams(const Scene& scene) {
   DepthPoints::Params params;
   params.camera = *scene.sense.Find<DepthImages>();
-  params.farthest = FarthestDepth(scene);
+  params.farthest = MaxDepth(scene);
   return params;
 }
 
@@ -236,7 +236,7 @@ std::string RestInWords(const SurfacePointTracker& tracker) {
              : fmt::format("the rest shape needs {} images of the untouched object", images);
 }
 
-double FarthestDepth(const Scene& scene) {
+double MaxDepth(const Scene& scene) {
   const DepthImages& depth = *scene.sense.Find<DepthImages>();
   const double distance = (depth.X_SD.inverse() * scene.object.X_SO.translation()).norm();
   return std::max(DepthPoints::Params().farthest, 2 * distance);

@@ -67,7 +67,7 @@ std::unique_ptr<SurfacePointTracker> MakeSurfacePointTracker(const Scene& scene,
 std::string RestInWords(const SurfacePointTracker& tracker);
 // Depths beyond this [m] are not used: twice the distance of the object's origin, 1 m at least. For
 // scenes with depth images.
-double FarthestDepth(const Scene& scene);
+double MaxDepth(const Scene& scene);
 // Possible reasons why the points are not found, one clause with static lifetime.
 std::string_view WhyNotFound(const Scene& scene);
 // Possible reasons why few windows of texture are found, one clause with static lifetime.

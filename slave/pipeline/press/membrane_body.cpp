@@ -23,7 +23,7 @@ namespace {
 constexpr double kAtmosphere = 101'325;
 // Rings of triangles about the top [-], and triangles across the tool [-]. [tuned:
 // domed_scene_test]
-constexpr int kFewestRings = 10, kMostRings = 24;
+constexpr int kMinRings = 10, kMaxRings = 24;
 constexpr double kTrianglesUnderTool = 3;  // [-] [tuned: domed_scene_test]
 // One sigma of the force by itself [-]: what the law leaves out, and what the surface's turning
 // does at the deepest indentation that is not extrapolated. [recorded: membrane_press_rgbd, whose
@@ -151,13 +151,13 @@ std::unique_ptr<LoadIdentifier> MakeMembraneBody(const Scene& scene) {
   const auto& dome = std::get<DomeGeometry>(scene.object.geometry);
   const double width = scene.tool ? scene.tool->width : 0;
   const double across = kTrianglesUnderTool * HalfArc(dome) / width;
-  if (!(across <= 1.5 * kMostRings)) {
+  if (!(across <= 1.5 * kMaxRings)) {
     throw std::invalid_argument(
         fmt::format("tool.width = {:.3g} m: for a domed membrane of this size, expected {:.3g} m "
                     "or more, which its triangles resolve",
-                    width, kTrianglesUnderTool * HalfArc(dome) / (1.5 * kMostRings)));
+                    width, kTrianglesUnderTool * HalfArc(dome) / (1.5 * kMaxRings)));
   }
-  const int rings = std::clamp(static_cast<int>(std::ceil(across)), kFewestRings, kMostRings);
+  const int rings = std::clamp(static_cast<int>(std::ceil(across)), kMinRings, kMaxRings);
   const Ellipsoid ellipsoid = EllipsoidOf(dome);
   const MembraneShape shape = MeshDomedMembrane(ellipsoid, Eigen::Vector3d::UnitZ(), 0, rings);
   const Material& material = scene.object.material;

@@ -16,7 +16,7 @@ namespace palpate {
 namespace {
 
 // Points of an estimate [-]. [derived: three unknowns, and some to spare]
-constexpr int kLeastPoints = 10;
+constexpr int kMinPoints = 10;
 
 MembranePress::Params Checked(const MembranePress::Params& params) {
   if (!(params.patch > 0 && std::isfinite(params.patch))) {
@@ -71,7 +71,7 @@ class Paraboloid {
  public:
   struct Minimum {
     Eigen::Vector2d place;
-    double least_curvature = 0;
+    double min_curvature = 0;
   };
   void Add(double x, double y, double value) {
     const Vector5 row(x, y, x * x / 2, x * y, y * y / 2);
@@ -202,7 +202,7 @@ Eigen::Vector3d MembranePress::Interpolate(int node) noexcept {
   if (!minimum) return nodes[at];
   const Eigen::Vector2d step = minimum->place / std::max(1.0, minimum->place.norm());
   // The sum of squares falls by one at a distance of one sigma.
-  estimate_.sigma_place = edge * std::sqrt(2 / minimum->least_curvature);
+  estimate_.sigma_place = edge * std::sqrt(2 / minimum->min_curvature);
   return nodes[at] + edge * (step[0] * e1 + step[1] * e2);
 }
 
@@ -241,7 +241,7 @@ const MembranePress::Estimate& MembranePress::Fit(
     return estimate_;
   }
   const int points = Measure(points_O);
-  if (points < kLeastPoints) return estimate_;
+  if (points < kMinPoints) return estimate_;
   const int node = BestNode();
   if (node < 0) return estimate_;
   const auto place = FindPlace(membrane_.surface(), Interpolate(node));

@@ -13,7 +13,7 @@ namespace palpate::simulation {
 namespace {
 
 constexpr double kPerWidth = 24;   // elements across the tool
-constexpr double kLargest = 0.15;  // far from it, in parts of the larger side
+constexpr double kMaxEdge = 0.15;  // far from it, in parts of the larger side
 constexpr double kGrowth = 0.4;
 constexpr double kSupportEnd = 0.0005;
 constexpr double kFaceEnd = 0.01;  // elements at the ends of a straight face, in parts of it
@@ -21,7 +21,7 @@ constexpr int kRounds = 100;
 
 // Even elements under the tool, small ones where a support ends.
 SizeField SizesUnder(const TaggedOutline& outline, double width, bool is_flat) {
-  SizeField sizes{kLargest, kGrowth, {}};
+  SizeField sizes{kMaxEdge, kGrowth, {}};
   std::vector<int> tag_before(outline.points.size(), 0);
   for (const MeshSegment& s : outline.segments) tag_before[Index(s.b)] = s.tag;
   for (const MeshSegment& s : outline.segments) {

@@ -24,7 +24,7 @@ using Eigen::Vector3d;
 // First brick at an end of the tool by its smaller side, and how bricks grow. [tuned:
 // pressed_block_test, within 2 %]
 constexpr double kFirst = 0.2, kGrowth = 2;
-constexpr double kLargestNu = 0.4999;  // displacements alone lock
+constexpr double kMaxNu = 0.4999;  // displacements alone lock
 // Part of the first brick by which a tool acts wider at its end, where the stress is singular.
 // [measured: as above]
 constexpr double kExcess = 0.1;
@@ -281,7 +281,7 @@ PatchSolution SolveBlock(const TrueBody& body, double poisson_ratio, double thic
                          const BoundaryPlace& place, const Tool& tool) {
   const Sides sides = SidesOf(body, place);
   PatchSolution solution = SolvePatch(body, poisson_ratio, Plane::kStress, place, tool.width);
-  const double unit = body.larger_side(), nu = std::min(poisson_ratio, kLargestNu);
+  const double unit = body.larger_side(), nu = std::min(poisson_ratio, kMaxNu);
   const Vector2d corner = sides.edge[0].a, along = (sides.edge[0].b - corner).normalized();
   const Vector2d inward = -sides.edge[0].normal();
   Matrix2d to_O;

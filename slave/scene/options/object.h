@@ -80,7 +80,7 @@ struct RelaxationTerm {
 };
 
 struct Material {
-  static constexpr std::size_t kMostRelaxationTerms = 8;
+  static constexpr std::size_t kMaxRelaxationTerms = 8;
 
   double young_modulus = 0;                  // E [Pa], > 0; of a relaxing material at once
   double poisson_ratio = 0;                  // nu [-], -1 < nu <= 0.5

@@ -34,7 +34,7 @@ constexpr int kFirstByte = 3;    // time for it, before the system hands a conne
 constexpr std::chrono::milliseconds kBetween(1);
 // Largest amount that a client sends before it has the server's settings [bytes]: the initial
 // window of 65 535 bytes (RFC 9113, 6.9.2), and headers.
-constexpr int kMostUnread = 80 * 1024;
+constexpr int kMaxUnread = 80 * 1024;
 constexpr int kDescriptors = 4;          // for each connection; it uses two
 constexpr std::size_t kLogEvery = 1000;  // closed connections per line of the log
 
@@ -132,7 +132,7 @@ void Acceptor::AcceptOne(int listener) {
       accept4(listener, reinterpret_cast<sockaddr*>(&peer), &size, SOCK_CLOEXEC | SOCK_NONBLOCK);
   if (fd < 0) return std::this_thread::sleep_for(kBetween);
   int unread = 0;
-  if (ioctl(fd, FIONREAD, &unread) == 0 && unread > kMostUnread) {
+  if (ioctl(fd, FIONREAD, &unread) == 0 && unread > kMaxUnread) {
     return Close(fd, TurnedAway::kTooMuch);
   }
   if (connections_.size() >= limits_.connections) {

@@ -18,7 +18,7 @@ namespace palpate {
 namespace {
 
 // Period at which a silent stream checks whether its reader is still there.
-constexpr std::chrono::milliseconds kPatience(50);
+constexpr std::chrono::milliseconds kPollPeriod(50);
 constexpr std::chrono::milliseconds kPaceWait(5);  // until a stream asks again whether it may send
 
 void RequireCamera(const Slave& slave) {
@@ -48,7 +48,7 @@ grpc::Status TeleoperationService::Watch(grpc::ServerContext* context, const Pre
   double bytes = 0;  // of the previous message
   while (!box->closed()) {
     if (context->IsCancelled()) return grpc::Status::CANCELLED;
-    const auto state = box->WaitNewest(kPatience);
+    const auto state = box->WaitNewest(kPollPeriod);
     if (!state) continue;
     const Time now = Clock::now(), due = now + gap;
     if (pace != nullptr && !pace->Begin(bytes, now)) {
@@ -160,7 +160,7 @@ std::shared_ptr<const EncodedImage> TeleoperationService::Encoded(Time sensed_at
   std::erase_if(encoded_, [&](const CachedImage& known) {
     return known.image->sensed_at < image->sensed_at;
   });
-  if (encoded_.size() >= kMostEncoded) encoded_.pop_back();
+  if (encoded_.size() >= kMaxEncoded) encoded_.pop_back();
   encoded_.push_front({overlays, quality, std::make_shared<const EncodedImage>(std::move(*image))});
   return encoded_.front().image;
 }

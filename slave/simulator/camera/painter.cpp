@@ -71,7 +71,7 @@ std::optional<LensWarp> LensOf(const Scene& scene) {
 }
 
 constexpr std::uint32_t kDebrisDraw = 0x6465;  // apart from what else the seed draws
-constexpr double kLeastDefocus = 0.05;         // smaller ones are not painted [px]
+constexpr double kMinDefocus = 0.05;           // smaller ones are not painted [px]
 
 double Between(std::mt19937& random, double least, double most) {
   return least + (most - least) * static_cast<double>(random()) / 4294967296.0;
@@ -348,7 +348,7 @@ void Microscope::Show(cv::Mat* seen) {
   }
   const double phase = 2 * std::numbers::pi * static_cast<double>(images_++) / kFocusPeriod;
   const double sigma = defocus_ * 0.5 * (1 - std::cos(phase));
-  if (sigma > kLeastDefocus) cv::GaussianBlur(*seen, *seen, {}, sigma);
+  if (sigma > kMinDefocus) cv::GaussianBlur(*seen, *seen, {}, sigma);
 }
 
 }  // namespace palpate::simulation

@@ -28,10 +28,10 @@ using simulation::BoundaryPlace;
 
 constexpr double kAhead = 0.1;      // solve when the tip is this near, in parts of the larger side
 constexpr double kGoesAhead = 0.7;  // cosine to where it points
-constexpr double kFarthest = 1e6;   // tips farther away are ignored, by the larger side
-constexpr int kStepsPerImage = 16;  // of a script: the tool's path is followed, not jumped
-constexpr int kSteps = 100;         // of a search for the place where a round end will touch
-constexpr double kTouches = 1e-6;   // distance that ends it, in radii
+constexpr double kMaxDistance = 1e6;  // tips farther away are ignored, by the larger side
+constexpr int kStepsPerImage = 16;    // of a script: the tool's path is followed, not jumped
+constexpr int kSteps = 100;           // of a search for the place where a round end will touch
+constexpr double kTouches = 1e-6;     // distance that ends it, in radii
 
 // See SiteOptions.
 double LampLight(double span, Time now) {
@@ -84,7 +84,7 @@ struct SimulatedSite::State {
           "tool: a simulated tool that reaches through a part of the thickness is flat, without "
           "site.hand and site.embryo");
     }
-    if (!ahead.Await(ExpectedPlace(pose, kFarthest * body.larger_side(), direction_O))) {
+    if (!ahead.Await(ExpectedPlace(pose, kMaxDistance * body.larger_side(), direction_O))) {
       throw std::invalid_argument(
           "object.geometry: the simulator expects an outline that does not cross itself and "
           "can be filled with triangles; under a tool that reaches through a part of the thickness "
@@ -296,9 +296,9 @@ SimulatedSite::SimulatedSite(const Scene& scene) : state_(std::make_unique<State
 
 SimulatedSite::~SimulatedSite() = default;
 
-void SimulatedSite::MoveTool(const Eigen::Vector3d& p_S_tip, Patience /*when_unsolved*/) {
+void SimulatedSite::MoveTool(const Eigen::Vector3d& p_S_tip, WhenUnsolved /*when_unsolved*/) {
   if (!p_S_tip.allFinite()) return;
-  if (p_S_tip.cwiseAbs().maxCoeff() > kFarthest * state_->body.larger_side()) return;
+  if (p_S_tip.cwiseAbs().maxCoeff() > kMaxDistance * state_->body.larger_side()) return;
   const std::lock_guard moving(state_->moving);
   state_->Move(p_S_tip);
 }

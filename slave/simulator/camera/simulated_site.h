@@ -33,8 +33,9 @@ class SimulatedSite final : public SimulatedEnvironment {
   // thread solves the contact. Only a tip that reaches the surface at another point than expected
   // waits for the solution (10 to 60 ms). Positions that are not finite, or a million body sizes
   // away, are ignored. A tip that starts inside touches nothing before it has left. This is
-  // independent of the patience.
-  void MoveTool(const Eigen::Vector3d& p_S_tip, Patience patience = Patience::kWaits) override;
+  // independent of `when_unsolved`.
+  void MoveTool(const Eigen::Vector3d& p_S_tip,
+                WhenUnsolved when_unsolved = WhenUnsolved::kWait) override;
   // From now on the position of a moving body (`site.motion`) is that at `t` [s] after its rest,
   // instead of the clock: for scripts.
   void SetTime(double t);

@@ -16,7 +16,7 @@ constexpr double kRaster = 0.02 / 88;
 // The same of solids, whose solutions take seconds, by the tool's width: there the stiffness
 // changes by less than 5e-3 beside a corner.
 constexpr double kSolidRaster = 1.0 / 16;
-constexpr std::size_t kKept = 8;
+constexpr std::size_t kMaxKept = 8;
 
 }  // namespace
 
@@ -29,7 +29,7 @@ SolutionsAhead::SolutionsAhead(const TrueBody& body, double poisson_ratio, Plane
       tilts_(tilts),
       thickness_(tool.IsNarrowerThan(thickness) ? thickness : 0),
       raster_(thickness_ > 0 ? kSolidRaster * tool.width : kRaster * body.larger_side()),
-      contacts_(kKept) {}
+      contacts_(kMaxKept) {}
 
 std::shared_ptr<SolutionsAhead::Contact> SolutionsAhead::Wanted(const BoundaryPlace& place) {
   const long multiple = std::lround(place.s / raster_);

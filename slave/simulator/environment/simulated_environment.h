@@ -31,7 +31,7 @@ struct ScriptedRun {
 };
 
 // Whether a tool waits until its contact is solved, or must not be delayed.
-enum class Patience : std::uint8_t { kWaits, kNone };
+enum class WhenUnsolved : std::uint8_t { kWait, kUseNearest };
 
 // A source of simulated samples. In real time there is one every 1 / rate seconds, and late ones
 // are skipped. With a script they come as fast as they are computed, with times from Time{}.
@@ -105,7 +105,8 @@ class SimulatedEnvironment : public GroundTruth {
  public:
   // Moves the tool's tip here, S [m]. Thread-safe. Positions that are not finite are ignored. A
   // simulator is moved with one of both only.
-  virtual void MoveTool(const Eigen::Vector3d& p_S_tip, Patience patience = Patience::kWaits) = 0;
+  virtual void MoveTool(const Eigen::Vector3d& p_S_tip,
+                        WhenUnsolved when_unsolved = WhenUnsolved::kWait) = 0;
   // Returns the offset of the tip from its script if a hand guides it (`site.hand`), at `t` [s]
   // after the start [m].
   [[nodiscard]] virtual Eigen::Vector3d HandOffset(double /*t*/) const {

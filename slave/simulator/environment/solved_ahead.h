@@ -53,14 +53,14 @@ class SolvedAhead {
     changed_.notify_all();
     return contact;
   }
-  // Patience::kWaits: what `read` gives as soon as `is_enough`.
+  // WhenUnsolved::kWait: what `read` gives as soon as `is_enough`.
   template <typename Condition, typename Read>
   auto Await(const Condition& is_enough, const Read& read) {
     std::unique_lock lock(mutex_);
     changed_.wait(lock, is_enough);
     return read();
   }
-  // Patience::kNone: what `read` gives now.
+  // WhenUnsolved::kUseNearest: what `read` gives now.
   template <typename Read>
   auto Now(const Read& read) {
     const std::lock_guard lock(mutex_);

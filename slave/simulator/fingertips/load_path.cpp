@@ -69,12 +69,12 @@ class ForceCurve {
   int finger_, component_;
 };
 
-constexpr std::size_t kKept = 8;  // series
+constexpr std::size_t kMaxKept = 8;  // series
 // Depth steps beyond the first touch, in finger radii: force grows there like depth^1.5, so they
 // begin near each other; then one every kEvery.
 constexpr std::array kFirstDepthSteps{0.02, 0.05, 0.09, 0.14, 0.20, 0.28, 0.38, 0.50};
 constexpr double kEvery = 0.14;    // radii
-constexpr int kMostHalvings = 4;   // of a step that finds no equilibrium
+constexpr int kMaxHalvings = 4;    // of a step that finds no equilibrium
 constexpr double kSameWay = 1e-6;  // radii: depth steps nearer than this are one
 
 // Two unit vectors across `axis`.
@@ -126,13 +126,13 @@ LoadPathCache::LoadPathCache(const TrueObject& object, double deepest)
     : object_(object),
       deepest_(deepest),
       beside_O_(Across(object.hand().approach_O)),
-      all_series_(kKept) {}
+      all_series_(kMaxKept) {}
 
 LoadPathCache::Key LoadPathCache::KeyOf(const Vector3d& h_O) const {
-  constexpr double kFarthest = 1e6;
+  constexpr double kMaxDistance = 1e6;
   const auto multiple = [&](const Vector3d& across) {
     return static_cast<int>(
-        std::lround(std::clamp(h_O.dot(across) / kRaster, -kFarthest, kFarthest)));
+        std::lround(std::clamp(h_O.dot(across) / kRaster, -kMaxDistance, kMaxDistance)));
   };
   return {multiple(beside_O_[0]), multiple(beside_O_[1])};
 }
@@ -273,7 +273,7 @@ LoadPathCache::Step LoadPathCache::DepthSeries::SolveDepthStep() {
     grown->displacements_O.assign(mesh.nodes.size(), Eigen::Vector3f::Zero());
     return {nullptr, {}, grown};
   }
-  if (!Press(ways[depth_step - 1], grown->s, kMostHalvings)) return {};
+  if (!Press(ways[depth_step - 1], grown->s, kMaxHalvings)) return {};
   for (std::size_t f = 0; f < object.hand().fingers.size(); ++f) {
     grown->touches[f] = body->TouchOf(static_cast<int>(f));
   }

@@ -21,12 +21,12 @@ using Eigen::VectorXd;
 constexpr double kResidual = 1e-5;     // of the reactions
 constexpr double kRoughly = 1e-2;      // the same while it is still found who touches
 constexpr double kInPlace = 1e-12;     // of the body: bonded nodes nearer than this are there
-constexpr int kMostSteps = 30;         // of Newton's method
-constexpr int kMostHalvings = 10;      // of one of them
+constexpr int kMaxSteps = 30;          // of Newton's method
+constexpr int kMaxHalvings = 10;       // of one of them
 constexpr double kLess = 1e-4;         // of a step's length by which it must lessen the residual
 constexpr double kPenetration = 2e-3;  // radii that count as touching, not as inside
 constexpr double kPull = 1e-3;         // of the largest reaction that counts as pulling
-constexpr int kMostPasses = 12;        // of who touches and who does not
+constexpr int kMaxPasses = 12;         // of who touches and who does not
 
 double LargerSide(const SiteMesh& mesh) {
   if (mesh.elements.empty()) throw std::invalid_argument("mesh: expected at least one element");
@@ -182,7 +182,7 @@ void PressedBody::Solver::Fix(std::span<const FingerPlacement> fingers) {
 
 // Newton's method from x.
 bool PressedBody::Solver::Balance(double residual) {
-  for (int step = 0; step < kMostSteps; ++step) {
+  for (int step = 0; step < kMaxSteps; ++step) {
     if (!body.Linearise(x, &forces, &stiffness)) return false;
     VectorXd move = (1 - free.array()) * scene_free.array() * (goal - x).array();
     const bool is_moving = !move.isZero(kInPlace);
@@ -203,7 +203,7 @@ bool PressedBody::Solver::Balance(double residual) {
 bool PressedBody::Solver::Step(const VectorXd& step, bool is_fixed_moving) {
   const double before = forces.cwiseProduct(free).norm();
   double length = 1;
-  for (int i = 0; i < kMostHalvings; ++i, length *= 0.5) {
+  for (int i = 0; i < kMaxHalvings; ++i, length *= 0.5) {
     const VectorXd trial = x + length * step;
     if (!body.Forces(trial, &forces)) continue;
     const double after = forces.cwiseProduct(free).norm();
@@ -259,7 +259,7 @@ bool PressedBody::Solver::Settle(std::span<const FingerPlacement> fingers) {
     Fix(fingers);
     return Balance(residual);
   };
-  for (int pass = 0; pass < kMostPasses; ++pass) {
+  for (int pass = 0; pass < kMaxPasses; ++pass) {
     if (!balance(kRoughly)) return false;
     if (Capture(fingers)) continue;
     if (!balance(kResidual)) return false;

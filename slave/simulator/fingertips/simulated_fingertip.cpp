@@ -87,8 +87,8 @@ constexpr double kElectrodeNoise = 0.87, kPdcNoise = 1.2, kPacNoise = 11;  // [c
 constexpr double kElectrodeDrift = 0.15, kPdcDrift = 0.15;                 // [counts/sqrt(s)]
 constexpr double kElectrodeRest = 3270, kElectrodeSpread = 150;            // [counts]
 constexpr double kPdcRest = 2150, kPdcSpread = 190, kPacRest = 2018, kPacSpread = 4;
-constexpr double kLeastRest = 2700, kMostRest = 3650;  // electrodes start between these
-constexpr double kLastCount = 4095;                    // 12 bits
+constexpr double kMinRest = 2700, kMaxRest = 3650;  // electrodes start between these
+constexpr double kLastCount = 4095;                 // 12 bits
 
 // Skin over fluid: closing of the gap under 1 N over a wide area A is kCompliance / (A / pi), parts
 // of the gap. Foam: the electrode that rises most does so by 106 to 114 counts/N, all of them by 22
@@ -99,8 +99,8 @@ constexpr double kReach = 2e-3;        // how far the skin spreads a point load 
 // Tangential force against normal force, how much each moves the skin. Foam: least squares over the
 // three presses give 60 to 280 counts/N of tangential force for the electrodes of the sides.
 constexpr double kShear = 1.5;
-constexpr double kLargestRadius = 0.03;  // of contacts; wider ones press on all of the skin [m]
-constexpr double kLargestForce = 100;    // [N]; more changes nothing
+constexpr double kMaxRadius = 0.03;  // of contacts; wider ones press on all of the skin [m]
+constexpr double kMaxForce = 100;    // [N]; more changes nothing
 
 // Counts are those of a voltage divider of fluid (conductance as its gap) and a fixed resistor:
 // kLastCount g / (g + kHalfGap), g in parts of the gap at rest. From rest values near 0.8 of full
@@ -110,7 +110,7 @@ constexpr double kHalfGap = 0.26, kPath = 0.6;
 // Time. Foam, holds of 1.3 to 2.3 s: electrodes per force creep by 4 to 6 %, a tenth of their
 // change is left 0.4 s after release and half of that seconds later; pdc per force falls by 1 to
 // 1.5 %.
-constexpr double kLongestStep = 60;             // more counts as this much [s]
+constexpr double kMaxStep = 60;                 // more counts as this much [s]
 constexpr double kCreep = 0.1, kCreepTime = 2;  // [-], [s]
 constexpr double kRelaxation = 0.015;           // of the pressure [-]
 // Foam: pdc 144 to 150 counts/N; it trails pac0 by two samples, whose swing is -0.9 to -1.0 counts
@@ -136,10 +136,10 @@ float Rounded(double counts) noexcept {
 void Press(const SkinSurface& skin, const FingertipLoad& load, Field* strain) noexcept {
   const Vector3d n = FingerSurface{simulation::kSkinRadius}.Normal(load.p_F);
   const double size = load.f_F.stableNorm();
-  const Vector3d f = load.f_F * (size > kLargestForce ? kLargestForce / size : 1);
+  const Vector3d f = load.f_F * (size > kMaxForce ? kMaxForce / size : 1);
   const double normal = std::max(-f.dot(n), 0.0);
   const Vector3d tangential = f - f.dot(n) * n;
-  const double radius = std::clamp(load.radius, 0.0, kLargestRadius);
+  const double radius = std::clamp(load.radius, 0.0, kMaxRadius);
   const double width_squared = radius * radius + kReach * kReach;
   const Vector3d shear = kShear / std::sqrt(width_squared) * tangential;
   for (std::size_t i = 0; i < SkinSurface::kCount; ++i) {
@@ -161,7 +161,7 @@ bool Usable(const FingertipLoad& load) noexcept {
 struct SimulatedFingertip::Skin {
   explicit Skin(std::uint32_t seed) : surface(simulation::MakeSkinSurface()), random(seed) {
     for (double& rest : rests) {
-      rest = std::clamp(kElectrodeRest + kElectrodeSpread * normal(random), kLeastRest, kMostRest);
+      rest = std::clamp(kElectrodeRest + kElectrodeSpread * normal(random), kMinRest, kMaxRest);
     }
     rest_pdc = kPdcRest + kPdcSpread * normal(random);
     rest_pac = kPacRest + kPacSpread * normal(random);
@@ -237,7 +237,7 @@ SimulatedFingertip::SimulatedFingertip(SimulatedFingertip&&) noexcept = default;
 SimulatedFingertip& SimulatedFingertip::operator=(SimulatedFingertip&&) noexcept = default;
 
 FingerReading SimulatedFingertip::Sample(const FingertipLoad* load, double seconds) noexcept {
-  skin_->Advance(load, seconds > 0 ? std::min(seconds, kLongestStep) : 0);
+  skin_->Advance(load, seconds > 0 ? std::min(seconds, kMaxStep) : 0);
   return skin_->Read();
 }
 

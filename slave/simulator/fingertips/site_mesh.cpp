@@ -201,10 +201,10 @@ SolidMesh OwnMesh(const Geometry& geometry) {
       "object.geometry: the simulator of fingertips expects a volume: box or mesh");
 }
 
-SiteMesh MeshTetrahedra(const SolidMesh& mesh, std::size_t most_tets) {
-  if (kCubicShare * mesh.tets.size() <= most_tets) return Subdivided(mesh, 3);
+SiteMesh MeshTetrahedra(const SolidMesh& mesh, std::size_t max_tets) {
+  if (kCubicShare * mesh.tets.size() <= max_tets) return Subdivided(mesh, 3);
   SolidMesh refined = mesh;
-  for (int i = 0; i < 2 && 8 * refined.tets.size() <= most_tets; ++i) refined = Refined(refined);
+  for (int i = 0; i < 2 && 8 * refined.tets.size() <= max_tets; ++i) refined = Refined(refined);
   return Subdivided(refined, 1);
 }
 

@@ -17,11 +17,11 @@ namespace palpate {
 
 // How fine the true body's mesh is.
 struct SiteResolution {
-  double edge = 1e-3;             // between the nodes of boxes, where fingers touch [m]
-  double fine_reach = 2e-3;       // as near so far from there [m]
-  double growth = 0.6;            // of that per distance beyond [-]
-  int most_hexahedra = 225;       // of a box; above them all edges are made longer
-  std::size_t most_tets = 20000;  // mesh files are refined, at most twice, within this
+  double edge = 1e-3;            // between the nodes of boxes, where fingers touch [m]
+  double fine_reach = 2e-3;      // as near so far from there [m]
+  double growth = 0.6;           // of that per distance beyond [-]
+  int max_hexahedra = 225;       // of a box; above them all edges are made longer
+  std::size_t max_tets = 20000;  // mesh files are refined, at most twice, within this
 };
 
 }  // namespace palpate
@@ -51,8 +51,8 @@ constexpr int kHexahedronDegree = 2;
 
 // A mesh file's own tetrahedra. Throws std::invalid_argument: no volume, an unusable file.
 SolidMesh OwnMesh(const Geometry& geometry);
-// Cubic ones, where they are few; else linear ones, refined at most twice within `most_tets`. Large
+// Cubic ones, where they are few; else linear ones, refined at most twice within `max_tets`. Large
 // files are not refined: of them the truth has the mesh that `fem` has, with another law.
-SiteMesh MeshTetrahedra(const SolidMesh& mesh, std::size_t most_tets);
+SiteMesh MeshTetrahedra(const SolidMesh& mesh, std::size_t max_tets);
 
 }  // namespace palpate::simulation

@@ -22,10 +22,10 @@ using Eigen::Vector3d;
 using simulation::LoadPathCache;
 
 constexpr double kFriction = 1;        // of the skin on the object [-]
-constexpr double kFarthest = 1e6;      // positions farther from home are ignored [m]
-constexpr double kLeastDepth = 0.01;   // least depth of the solved steps [m]
+constexpr double kMaxDistance = 1e6;   // positions farther from home are ignored [m]
+constexpr double kMinDepth = 0.01;     // least depth of the solved steps [m]
 constexpr double kDepthReserve = 1.5;  // the same in multiples of operator.press.depth
-constexpr double kMostOfBody = 0.6;    // limit of both, as part of the body's size
+constexpr double kMaxOfBody = 0.6;     // limit of both, as part of the body's size
 
 // Where the hand is and what it presses.
 struct HandState {
@@ -44,8 +44,8 @@ double DeepestOf(const Scene& scene, const simulation::TrueObject& object,
     low = std::min(low, along);
     high = std::max(high, along);
   }
-  const double wanted = std::max(kLeastDepth, kDepthReserve * scene.operator_options.press_depth);
-  return std::min(wanted, kMostOfBody * (high - low));
+  const double wanted = std::max(kMinDepth, kDepthReserve * scene.operator_options.press_depth);
+  return std::min(wanted, kMaxOfBody * (high - low));
 }
 
 constexpr int kStepsPerSample = 4;  // steps along a script's path from sample to sample
@@ -79,7 +79,7 @@ struct TactileSite::State {
     return object.X_SO() * object.hand().fingers.front().X_OF_home *
            Vector3d(0, 0, -object.hand().shape.radius);
   }
-  void Move(const Vector3d& h_O, Patience patience);
+  void Move(const Vector3d& h_O, WhenUnsolved when_unsolved);
   void Stick(HandState* hand);
   [[nodiscard]] Vector3d Sideways(std::size_t f, const HandState& hand,
                                   const simulation::TouchBetween& between) const;
@@ -130,14 +130,14 @@ void TactileSite::State::Stick(HandState* hand) {
   hand->slip_O = slip_O;
 }
 
-void TactileSite::State::Move(const Vector3d& h_O, Patience patience) {
+void TactileSite::State::Move(const Vector3d& h_O, WhenUnsolved when_unsolved) {
   HandState next;
   next.h_O = h_O;
   next.s = h_O.dot(object.hand().approach_O);
   next.press.body = now().press.body;
   const bool was_pressing = now().pressing;
   if (!was_pressing) pressed = all_series.KeyOf(h_O);
-  const bool waits = patience == Patience::kWaits;
+  const bool waits = when_unsolved == WhenUnsolved::kWait;
   if (next.s > (waits ? all_series.Expect(pressed) : all_series.ExpectNow(pressed))) {
     next.press = waits ? all_series.Await(pressed, next.s) : all_series.Find(pressed, next.s);
     next.pressing = true;
@@ -192,12 +192,12 @@ TactileSite::TactileSite(const Scene& scene, const SiteResolution& resolution)
 
 TactileSite::~TactileSite() = default;
 
-void TactileSite::MoveTool(const Vector3d& p_S_tip, Patience patience) {
+void TactileSite::MoveTool(const Vector3d& p_S_tip, WhenUnsolved when_unsolved) {
   if (!p_S_tip.allFinite()) return;
   const Vector3d h_O = state_->object.X_SO().linear().transpose() * (p_S_tip - state_->home());
-  if (h_O.cwiseAbs().maxCoeff() > kFarthest) return;
+  if (h_O.cwiseAbs().maxCoeff() > kMaxDistance) return;
   const std::lock_guard moving(state_->moving);
-  state_->Move(h_O, patience);
+  state_->Move(h_O, when_unsolved);
 }
 
 void TactileSite::SolveAhead() {

@@ -29,18 +29,19 @@ namespace palpate {
 // mesh with six times the nodes; on mesh files, whose edges are only halved, a third above.
 class TactileSite final : public SimulatedEnvironment {
  public:
-  // A few milliseconds; the first contact is solved in the background from here on. Throws
-  // std::invalid_argument naming the key if the scene cannot be simulated: an object that is not a
+  // Takes a few milliseconds; a thread solves the first contact meanwhile. Throws
+  // std::invalid_argument with the key if the scene cannot be simulated: an object that is not a
   // volume or has no fixed part, a fingertip that is inside it at home.
   explicit TactileSite(const Scene& scene, const SiteResolution& resolution = {});
   ~TactileSite() override;
 
   // The manipulator moves the tip here, which is the apex of the first finger's pad, frame S [m].
-  // Thread-safe. Patience::kWaits: short, unless the contact is deeper than what is solved so far:
-  // then it waits (about a second per millimetre at worst). Patience::kNone, for an operator who
-  // must not be delayed: a contact that is not solved yet is that of the nearest solved position,
-  // and until it is solved truth().solved is false.
-  void MoveTool(const Eigen::Vector3d& p_S_tip, Patience patience = Patience::kWaits) override;
+  // Thread-safe. WhenUnsolved::kWait: short, unless the contact is deeper than what is solved so
+  // far: then it waits (about a second per millimetre at worst). WhenUnsolved::kUseNearest, for an
+  // operator who must not be delayed: a contact that is not solved yet is that of the nearest
+  // solved position, and until it is solved truth().solved is false.
+  void MoveTool(const Eigen::Vector3d& p_S_tip,
+                WhenUnsolved when_unsolved = WhenUnsolved::kWait) override;
   // Solves the scene's own contact to its full depth; takes as long as this solution.
   void SolveAhead() override;
   [[nodiscard]] Truth truth() const override;
@@ -52,7 +53,8 @@ class TactileSite final : public SimulatedEnvironment {
   // Unit vector, frame S, of expected contacts: from the first finger's pad into the object's
   // surface.
   [[nodiscard]] Eigen::Vector3d approach() const;
-  // Way along approach() from home until a finger touches [m]; infinity: none ever does.
+  // Returns the distance along approach() from home to the first touch [m]; infinity: no finger
+  // ever touches.
   [[nodiscard]] double gap() const;
   // The tip at home, frame S [m].
   [[nodiscard]] Eigen::Vector3d home() const;

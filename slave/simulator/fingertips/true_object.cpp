@@ -67,11 +67,11 @@ void CheckObject(const Object& object) {
         "differs");
   }
   const double nu = object.material.poisson_ratio;
-  if (!(nu < TrueObject::kMostPoisson)) {
+  if (!(nu < TrueObject::kMaxPoisson)) {
     Refuse(
         fmt::format("object.material.poisson_ratio = {:g}: the simulator of fingertips "
                     "expects -1 < nu < {:g}",
-                    nu, TrueObject::kMostPoisson));
+                    nu, TrueObject::kMaxPoisson));
   }
 }
 
@@ -175,7 +175,7 @@ TrueObject::TrueObject(const Scene& scene, const SiteResolution& resolution)
   if (const auto* box = std::get_if<BoxGeometry>(&scene.object.geometry)) {
     CountHexahedra(*box);
   } else {
-    file_body_ = Finish(MeshTetrahedra(OwnMesh(scene.object.geometry), resolution.most_tets));
+    file_body_ = Finish(MeshTetrahedra(OwnMesh(scene.object.geometry), resolution.max_tets));
   }
 }
 
@@ -186,7 +186,7 @@ void TrueObject::CountHexahedra(const BoxGeometry& box) {
     std::array<int, 3> count{};
     for (std::size_t a = 0; a < 3; ++a) count[a] = static_cast<int>(axes[a].size()) - 1;
     const bool is_coarsest = resolution_.edge > box.size.maxCoeff();
-    if (is_coarsest || count[0] * count[1] * count[2] <= resolution_.most_hexahedra) {
+    if (is_coarsest || count[0] * count[1] * count[2] <= resolution_.max_hexahedra) {
       hexahedra_ = count;
       return;
     }

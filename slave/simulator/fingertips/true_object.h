@@ -46,7 +46,7 @@ class TrueObject {
   // Throws std::invalid_argument naming the key: an object that is not a volume or has no fixed
   // part, a fingertip inside it, a Poisson's ratio for which elements lock.
   TrueObject(const Scene& scene, const SiteResolution& resolution);
-  static constexpr double kMostPoisson = 0.49;
+  static constexpr double kMaxPoisson = 0.49;
 
   [[nodiscard]] const Eigen::Isometry3d& X_SO() const { return X_SO_; }  // misplacement included
   [[nodiscard]] const FingerHand& hand() const { return hand_; }

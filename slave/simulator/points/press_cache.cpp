@@ -36,7 +36,7 @@ std::vector<double> Depths(const PressCache::Plan& plan) {
 // Every raster from the centre on as far as the tool keeps away from the rim, and home.
 std::vector<double> Radii(const PressCache::Plan& plan) {
   const double rim = plan.geometry.radius, raster = PressCache::kRaster * rim;
-  const double farthest = std::max(0.0, std::min(PressCache::kFarthest * rim, rim - plan.width));
+  const double farthest = std::max(0.0, std::min(PressCache::kMaxPlace * rim, rim - plan.width));
   std::vector<double> radii{0};
   for (int k = 1; k * raster < farthest - kSameRadius * raster; ++k) radii.push_back(k * raster);
   if (farthest > 0) radii.push_back(farthest);

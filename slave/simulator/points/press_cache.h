@@ -31,7 +31,7 @@ class PressCache {
   };
   static constexpr double kDeeper = 1.6;     // steps reach this number of press depths,
   static constexpr double kDeepest = 0.5;    // but not deeper than this part of the radius
-  static constexpr double kFarthest = 0.75;  // radii of contacts, relative to that of the membrane
+  static constexpr double kMaxPlace = 0.75;  // radii of contacts, relative to that of the membrane
   static constexpr double kRaster = 1.0 / 13;  // between them, the same
 
   // The first contact is created here, its steps follow in the thread. Throws std::invalid_argument

@@ -34,7 +34,7 @@ class Stage {
   Stage& operator=(const Stage&) = delete;
 
   // As the methods of StereoSite.
-  virtual void MoveTool(const Vector3d& p_S_tip, Patience patience) = 0;
+  virtual void MoveTool(const Vector3d& p_S_tip, WhenUnsolved when_unsolved) = 0;
   virtual void SolveEverywhere() {}
   [[nodiscard]] virtual Truth truth() const = 0;
   [[nodiscard]] virtual std::optional<TargetTruth> target() const { return std::nullopt; }
@@ -58,8 +58,8 @@ class MembraneStage final : public Stage {
         painters_{make(View(scene, rig.left, Isometry3d::Identity())),
                   make(View(scene, rig.right, rig.X_RL))} {}
 
-  void MoveTool(const Vector3d& p_S_tip, Patience patience) override {
-    membrane_.MoveTool(p_S_tip, patience);
+  void MoveTool(const Vector3d& p_S_tip, WhenUnsolved when_unsolved) override {
+    membrane_.MoveTool(p_S_tip, when_unsolved);
   }
   void SolveEverywhere() override { membrane_.SolveEverywhere(); }
   [[nodiscard]] Truth truth() const override {
@@ -103,7 +103,7 @@ class TargetStage final : public Stage {
     now_.X_SB_first = now_.X_SB = Pose(0);
   }
 
-  void MoveTool(const Vector3d& p_S_tip, Patience) override {
+  void MoveTool(const Vector3d& p_S_tip, WhenUnsolved) override {
     if (!p_S_tip.allFinite()) return;
     const std::lock_guard lock(mutex_);
     truth_.p_S_tip = p_S_tip;
@@ -238,8 +238,8 @@ StereoSite::StereoSite(const Scene& scene, const simulation::MembraneResolution&
 
 StereoSite::~StereoSite() = default;
 
-void StereoSite::MoveTool(const Vector3d& p_S_tip, Patience patience) {
-  state_->stage->MoveTool(p_S_tip, patience);
+void StereoSite::MoveTool(const Vector3d& p_S_tip, WhenUnsolved when_unsolved) {
+  state_->stage->MoveTool(p_S_tip, when_unsolved);
 }
 
 void StereoSite::SolveAhead() {

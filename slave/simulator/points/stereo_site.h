@@ -39,13 +39,14 @@ class StereoSite final : public SimulatedEnvironment {
   explicit StereoSite(const Scene& scene, const simulation::MembraneResolution& resolution = {});
   ~StereoSite() override;
 
-  // Patience::kWaits: short, unless the contact is deeper than what is solved so far. A target is
-  // not touched. Patience::kNone, for an operator who must not be delayed: never waits. If the
-  // contacts around the tool are not solved to its depth, or it is nearer to the rim than contacts
-  // are solved, they are solved next (with a log line, once per radius). Until then truth().solved
-  // is false: the images and the force are those of the nearest solved contact, extrapolated beyond
-  // its depth. Afterwards the membrane jumps to the true solution.
-  void MoveTool(const Eigen::Vector3d& p_S_tip, Patience patience = Patience::kWaits) override;
+  // WhenUnsolved::kWait: short, unless the contact is deeper than what is solved so far. A target
+  // is not touched. WhenUnsolved::kUseNearest, for an operator who must not be delayed: never
+  // waits. If the contacts around the tool are not solved to its depth, or it is nearer to the rim
+  // than contacts are solved, they are solved next (with a log line, once per radius). Until then
+  // truth().solved is false: the images and the force are those of the nearest solved contact,
+  // extrapolated beyond its depth. Afterwards the membrane jumps to the true solution.
+  void MoveTool(const Eigen::Vector3d& p_S_tip,
+                WhenUnsolved when_unsolved = WhenUnsolved::kWait) override;
   // Contacts that are not yet solved are approximated. The scene's own contact is solved now to its
   // full depth, those elsewhere in the background from here on: a dozen, about a second each.
   void SolveAhead() override;

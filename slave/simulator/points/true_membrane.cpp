@@ -10,8 +10,8 @@ namespace {
 using Eigen::Vector2d;
 using Eigen::Vector3d;
 
-constexpr double kFarthest = 1e3;  // tools farther away are ignored, in radii
-constexpr double kNear = 1.5;      // of the centre: presses are expected within, in radii
+constexpr double kMaxDistance = 1e3;  // tools farther away are ignored, in radii
+constexpr double kNear = 1.5;         // of the centre: presses are expected within, in radii
 
 const MembraneGeometry& GeometryOf(const Scene& scene) {
   const auto* membrane = std::get_if<MembraneGeometry>(&scene.object.geometry);
@@ -45,14 +45,14 @@ TrueMembrane::TrueMembrane(const Scene& scene, const MembraneResolution& resolut
   now_.indentation.rim = rim_;
 }
 
-void TrueMembrane::MoveTool(const Vector3d& p_S_tip, Patience patience) {
+void TrueMembrane::MoveTool(const Vector3d& p_S_tip, WhenUnsolved when_unsolved) {
   if (!p_S_tip.allFinite()) return;
-  if ((p_S_tip - X_SO_.translation()).norm() > kFarthest * rim_) return;
+  if ((p_S_tip - X_SO_.translation()).norm() > kMaxDistance * rim_) return;
   const std::lock_guard moving(moving_);
-  Move(p_S_tip, patience);
+  Move(p_S_tip, when_unsolved);
 }
 
-void TrueMembrane::Move(const Vector3d& p_S_tip, Patience patience) {
+void TrueMembrane::Move(const Vector3d& p_S_tip, WhenUnsolved when_unsolved) {
   const Vector3d p_O = X_SO_.inverse() * p_S_tip;
   const double radius = p_O.head<2>().norm();
   Now next;
@@ -64,7 +64,7 @@ void TrueMembrane::Move(const Vector3d& p_S_tip, Patience patience) {
     Indentation& indentation = next.indentation;
     indentation.depth = -p_O.z();
     indentation.place_O = radius > 0 ? Vector2d(pressed / radius * p_O.head<2>()) : Vector2d(0, 0);
-    const PressCache::Presses presses = patience == Patience::kWaits
+    const PressCache::Presses presses = when_unsolved == WhenUnsolved::kWait
                                             ? presses_.Await(pressed, indentation.depth)
                                             : presses_.Find(pressed, indentation.depth);
     indentation.parts = presses.parts;

@@ -28,13 +28,13 @@ class TrueMembrane {
   TrueMembrane(const Scene& scene, const MembraneResolution& resolution);
 
   // See StereoSite. Thread-safe.
-  void MoveTool(const Eigen::Vector3d& p_S_tip, Patience patience);
+  void MoveTool(const Eigen::Vector3d& p_S_tip, WhenUnsolved when_unsolved);
   void SolveEverywhere() { presses_.SolveEverywhere(); }
   [[nodiscard]] Now now() const;
   [[nodiscard]] const Eigen::Isometry3d& X_SO() const { return X_SO_; }  // misplacement included
 
  private:
-  void Move(const Eigen::Vector3d& p_S_tip, Patience patience);
+  void Move(const Eigen::Vector3d& p_S_tip, WhenUnsolved when_unsolved);
 
   Eigen::Isometry3d X_SO_;
   double rim_;  // [m]

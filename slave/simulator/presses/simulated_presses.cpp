@@ -74,8 +74,8 @@ class Press {
         modulus_(dice->Ratio(kSoftest, kHardest)),
         upwards_(dice->Between(-kUpwards / 2, kUpwards)),
         backwards_(upwards_ > 0 ? 0 : kBackwards * std::pow(dice->Between(0, 1), 2)),
-        longest_(upwards_ > 0 ? 1 : kLonger),
-        flatness_(dice->Between(1, longest_ * kFlattest)),
+        max_scale_(upwards_ > 0 ? 1 : kLonger),
+        flatness_(dice->Between(1, max_scale_ * kFlattest)),
         sideways_(dice->Between(-kSideways, kSideways)),
         roll_(-0.1, 0.1, dice),
         level_(0.7, 1, dice),
@@ -98,13 +98,13 @@ class Press {
     // Hertz: a sphere on an elastic half space, 3 F R = 4 E a^3; along its side a fingertip is no
     // sphere. Wider probes press on all they have, and a fingertip has no more than its pad.
     const double hertz = flatness_ * std::cbrt(0.75 * normal_force * kRadius / modulus_);
-    load.radius = std::min(std::max(probe_radius_, hertz), longest_ * kWidestContact);
+    load.radius = std::min(std::max(probe_radius_, hertz), max_scale_ * kWidestContact);
     return load;
   }
 
  private:
   static double Smooth(double x) { return x * x * (3 - 2 * x); }
-  double peak_, rise_, hold_, fall_, probe_radius_, modulus_, upwards_, backwards_, longest_,
+  double peak_, rise_, hold_, fall_, probe_radius_, modulus_, upwards_, backwards_, max_scale_,
       flatness_, sideways_;
   Wave roll_, level_, along_, across_;
 };

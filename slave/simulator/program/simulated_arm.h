@@ -26,7 +26,7 @@ class SimulatedArm final : public Arm {
   ArmReading Measure(double dt) override {
     if (!std::exchange(is_realtime_, true)) MakeThreadRealtime(kReadingPriority);
     p_S_tip_ = p_S_target_ + dt * velocity_;
-    environment_.MoveTool(p_S_tip_, Patience::kNone);
+    environment_.MoveTool(p_S_tip_, WhenUnsolved::kUseNearest);
     const Truth truth = environment_.truth();
     ArmReading reading;
     reading.tip = ToArray(p_S_tip_);

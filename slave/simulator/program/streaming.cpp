@@ -157,16 +157,16 @@ std::string Missing(const Slave& slave, std::uint64_t frames, bool has_force) {
   }
 }
 
-// Returns when nothing is missing, or at `end`. A wait for more than kPatience is reported once.
+// Returns when nothing is missing, or at `end`. A wait for more than kReportAfter is reported once.
 void AwaitEstimates(const Slave& slave, std::uint64_t frames, bool has_force,
                     const std::stop_token& end) {
-  constexpr double kPatience = 5;  // [s]
+  constexpr double kReportAfter = 5;  // [s]
   const Time begin = Clock::now();
   bool is_reported = false;
   while (!end.stop_requested()) {
     const std::string missing = Missing(slave, frames, has_force);
     if (missing.empty()) return;
-    if (SecondsBetween(begin, Clock::now()) > kPatience && !std::exchange(is_reported, true)) {
+    if (SecondsBetween(begin, Clock::now()) > kReportAfter && !std::exchange(is_reported, true)) {
       spdlog::warn("waiting for the slave: {}", missing);
     }
     std::this_thread::sleep_for(kPoll);
@@ -186,7 +186,7 @@ void PressByItself(const Scene& scene, SimulatedEnvironment& environment,
   const Time begin = Clock::now();
   while (!stop.stop_requested()) {
     const double t = SecondsBetween(begin, Clock::now());
-    environment.MoveTool(motion.Tip(t) + environment.HandOffset(t), Patience::kNone);
+    environment.MoveTool(motion.Tip(t) + environment.HandOffset(t), WhenUnsolved::kUseNearest);
     std::this_thread::sleep_for(Seconds(1 / kReportRate));
   }
 }
@@ -196,7 +196,7 @@ void PressByItself(const Scene& scene, SimulatedEnvironment& environment,
 void StreamTo(const StreamingTarget& target, const Scene& scene, SimulatedEnvironment& environment,
               const std::stop_token& stop) {
   environment.SolveAhead();
-  environment.MoveTool(scene.manipulator.home, Patience::kNone);
+  environment.MoveTool(scene.manipulator.home, WhenUnsolved::kUseNearest);
   const Slave sensor(target.address, target.tls.empty() ? target.tls : target.tls / "sensor");
   const Slave arm(target.address, target.tls.empty() ? target.tls : target.tls / "arm");
   const std::uint64_t frames = sensor.Status().samples();

@@ -19,8 +19,8 @@ int OpenSocket() {
   if (made < 0 || bind(made, reinterpret_cast<sockaddr*>(&here), sizeof here) != 0) {
     throw std::system_error(errno, std::generic_category(), "UDP on 127.0.0.1");
   }
-  const timeval patience{0, 100'000};  // 0.1 s, after which the thread may end
-  setsockopt(made, SOL_SOCKET, SO_RCVTIMEO, &patience, sizeof patience);
+  const timeval timeout{0, 100'000};  // 0.1 s, after which the thread may end
+  setsockopt(made, SOL_SOCKET, SO_RCVTIMEO, &timeout, sizeof timeout);
   return made;
 }
 
@@ -53,7 +53,7 @@ void ToolSocket::Answer() {
   const auto got = recvfrom(socket_, text, sizeof text - 1, 0, sender, &size);
   Eigen::Vector3d p_S(0, 0, 0);
   if (got <= 0 || std::sscanf(text, "%lf %lf %lf", &p_S.x(), &p_S.y(), &p_S.z()) != 3) return;
-  environment_.MoveTool(p_S, Patience::kNone);
+  environment_.MoveTool(p_S, WhenUnsolved::kUseNearest);
   const Truth truth = environment_.truth();
   if (!truth.solved) return;
   const int length = std::snprintf(text, sizeof text, "%.9g %.9g %.9g", truth.force.x(),

@@ -34,7 +34,7 @@ constexpr double kGroove = 0.10;           // folded by about 27 degrees
 constexpr double kShallowGroove = 0.06;    // by 16 degrees
 constexpr double kOtherColour = 40;        // of 442
 constexpr std::size_t kMinNeighbours = 6;  // neighbours that make a surface
-constexpr std::size_t kSmallest = 150;     // points of a region
+constexpr std::size_t kMinPoints = 150;    // points of a region
 
 struct Voxels {
   PointCloud::Ptr cloud = std::make_shared<PointCloud>();  // mean positions and colours
@@ -246,7 +246,7 @@ std::vector<int> GrowRegions(const Voxels& voxels, double edge) {
   }
   const std::vector<std::size_t> points = PointsIn(voxels, region_of);
   const auto large = [&](auto i) {
-    return points[static_cast<std::size_t>(region_of[static_cast<std::size_t>(i)])] >= kSmallest;
+    return points[static_cast<std::size_t>(region_of[static_cast<std::size_t>(i)])] >= kMinPoints;
   };
   const auto kept = std::make_shared<pcl::Indices>();
   std::ranges::copy_if(core.voxels, std::back_inserter(*kept), large);
@@ -269,7 +269,7 @@ Segmentation Numbered(const Voxels& voxels, const std::vector<int>& region_of, s
   const std::vector<std::size_t> points_in = PointsIn(voxels, region_of);
   std::vector<std::pair<std::size_t, std::size_t>> order;
   for (std::size_t region = 0; region < points_in.size(); ++region) {
-    if (points_in[region] >= kSmallest) order.emplace_back(points_in[region], region);
+    if (points_in[region] >= kMinPoints) order.emplace_back(points_in[region], region);
   }
   std::ranges::sort(order, std::greater<>());
   Segmentation segmentation{std::vector<int>(points, -1), {}};

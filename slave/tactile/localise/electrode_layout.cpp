@@ -64,11 +64,11 @@ void RequirePlace(const CsvLines& lines, const std::string& name, const std::opt
 // Throws std::runtime_error `file:line: ...`: all channels lie within a tenth of a millimetre, as
 // they do if the file is in metres.
 void RequireSize(const CsvLines& lines, const ElectrodeLayout& layout) {
-  constexpr double kSmallest = 1e-4;  // [m]
+  constexpr double kMinSize = 1e-4;  // [m]
   Eigen::AlignedBox3d box;
   for (const Eigen::Vector3d& p : layout.p_F) box.extend(p);
   const double size = box.sizes().maxCoeff();
-  if (layout.p_F.size() < 2 || size >= kSmallest) return;
+  if (layout.p_F.size() < 2 || size >= kMinSize) return;
   lines.Fail(Formatted("the channels span %.3g mm, in metres %.3g mm: expected millimetres",
                        size / kMillimetre, size / kMillimetre / kMillimetre));
 }

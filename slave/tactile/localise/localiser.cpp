@@ -22,10 +22,10 @@ constexpr double kSigmaAngle = 10.5 * std::numbers::pi / 180;
 constexpr double kDegree = std::numbers::pi / 180;  // [rad] [by definition]
 constexpr double kSigmaOfOneCount = 200 * kDegree;  // [rad] [tuned: SigmaHoldsTwoThirdsOfThePlaces]
 constexpr double kMinSigma = 4 * kDegree;           // [rad] [tuned: SigmaHoldsTwoThirdsOfThePlaces]
-constexpr double kLargestSigma = 30 * kDegree;
+constexpr double kMaxSigma = 30 * kDegree;
 
 double PressureWeightedSigma(double counts) noexcept {
-  return std::clamp(kSigmaOfOneCount / std::sqrt(counts), kMinSigma, kLargestSigma);
+  return std::clamp(kSigmaOfOneCount / std::sqrt(counts), kMinSigma, kMaxSigma);
 }
 
 // Change of full intensity [counts]. [paper: B, III.A.2]

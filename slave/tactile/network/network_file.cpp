@@ -21,13 +21,13 @@ namespace {
 
 using nlohmann::json;
 
-constexpr std::uintmax_t kLargestFile = 256u << 20;  // [bytes]
-constexpr int kLargestCount = 1 << 20;
-constexpr double kLargestNumber = std::numeric_limits<float>::max();
+constexpr std::uintmax_t kMaxFile = 256u << 20;  // [bytes]
+constexpr int kMaxCount = 1 << 20;
+constexpr double kMaxNumber = std::numeric_limits<float>::max();
 
 // Throws std::runtime_error naming the file: missing, larger than a network can be, not JSON.
 json ReadJsonFile(const std::filesystem::path& file) {
-  const std::string text = ReadWholeFile(file, kLargestFile, "JSON");
+  const std::string text = ReadWholeFile(file, kMaxFile, "JSON");
   try {
     return json::parse(text);
   } catch (const json::exception& broken) {
@@ -51,8 +51,8 @@ double ReadNumber(const json& value, const std::string& name) {
 
 int ReadCount(const json& object, const std::string& key) {
   const double number = ReadNumber(Member(object, key, ""), key);
-  if (!(number >= 0 && number <= kLargestCount && number == std::floor(number))) {
-    throw std::runtime_error(key + ": not a count from 0 to " + std::to_string(kLargestCount));
+  if (!(number >= 0 && number <= kMaxCount && number == std::floor(number))) {
+    throw std::runtime_error(key + ": not a count from 0 to " + std::to_string(kMaxCount));
   }
   return static_cast<int>(number);
 }
@@ -70,7 +70,7 @@ Eigen::VectorXf ReadNumbers(const json& list, const std::string& name) {
   for (std::size_t i = 0; i < list.size(); ++i) {
     const std::string entry = name + "[" + std::to_string(i) + "]";
     const double number = ReadNumber(list[i], entry);
-    if (std::abs(number) > kLargestNumber) {
+    if (std::abs(number) > kMaxNumber) {
       throw std::runtime_error(entry + ": beyond single precision");
     }
     vector[static_cast<Eigen::Index>(i)] = static_cast<float>(number);
@@ -215,7 +215,7 @@ std::shared_ptr<const ChannelPattern> ReadChannelPattern(const json& root, int c
   pattern.above = ReadChannels(root, "above", count, 0);
   pattern.second_difference = ReadChannels(root, "second_difference", count, 0);
   if (root.contains("baseline")) {
-    pattern.baseline = ReadChannels(root, "baseline", count, -kLargestNumber);
+    pattern.baseline = ReadChannels(root, "baseline", count, -kMaxNumber);
     pattern.baseline_force = ReadSize(root, "baseline_force", "channels.");
   }
   return std::make_shared<const ChannelPattern>(std::move(pattern));

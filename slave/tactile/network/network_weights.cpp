@@ -8,8 +8,8 @@
 namespace palpate {
 namespace {
 
-constexpr int kLargestWindow = 1000;
-constexpr Eigen::Index kLargestWidth = 1024;
+constexpr int kMaxWindow = 1000;
+constexpr Eigen::Index kMaxWidth = 1024;
 
 std::string Shape(Eigen::Index rows, Eigen::Index columns) {
   return std::to_string(rows) + " x " + std::to_string(columns);
@@ -56,14 +56,14 @@ std::string FaultOfInfo(const NetworkInfo& info) {
            std::to_string(inputs);
   }
   const bool looks_back = IsRecurrent(info.architecture) || IsTraced(info.architecture);
-  const int most = looks_back ? kLargestWindow : 1;
+  const int most = looks_back ? kMaxWindow : 1;
   if (info.window < 1 || info.window > most) {
     return "window = " + std::to_string(info.window) + ": expected 1" +
            (most > 1 ? " to " + std::to_string(most) : "") + " for " + info.architecture;
   }
-  if (info.outputs < 3 || info.outputs > kLargestWidth) {
+  if (info.outputs < 3 || info.outputs > kMaxWidth) {
     return "outputs = " + std::to_string(info.outputs) + ": expected 3 to " +
-           std::to_string(kLargestWidth) + " (fx, fy, fz first)";
+           std::to_string(kMaxWidth) + " (fx, fy, fz first)";
   }
   if (info.gives_contact_point && info.outputs < 6) {
     return "outputs = " + std::to_string(info.outputs) + ": expected 6 or more with contact_point";
@@ -86,9 +86,9 @@ class LayerCheck {
 
   std::string Recurrent(const std::string& name, const LstmLayer& layer) {
     const Eigen::Index n = layer.units();
-    if (n < 1 || n > kLargestWidth) {
+    if (n < 1 || n > kMaxWidth) {
       return name + ".kernel has " + std::to_string(layer.kernel.cols()) +
-             " columns, expected 4 for each of 1 to " + std::to_string(kLargestWidth) + " units";
+             " columns, expected 4 for each of 1 to " + std::to_string(kMaxWidth) + " units";
     }
     std::string fault = FaultOfKernel(name + ".kernel", layer.kernel, width_ + n, 4 * n);
     if (fault.empty()) fault = FaultOfVector(name + ".bias", layer.bias, 4 * n);
@@ -97,9 +97,9 @@ class LayerCheck {
   }
   std::string Dense(const std::string& name, const DenseLayer& layer, bool last, int outputs) {
     const Eigen::Index n = last ? outputs : layer.kernel.cols();
-    if (n < 1 || n > kLargestWidth) {
+    if (n < 1 || n > kMaxWidth) {
       return name + ".kernel has " + std::to_string(n) + " columns, expected 1 to " +
-             std::to_string(kLargestWidth);
+             std::to_string(kMaxWidth);
     }
     std::string fault = FaultOfKernel(name + ".kernel", layer.kernel, width_, n);
     if (fault.empty()) fault = FaultOfVector(name + ".bias", layer.bias, n);

@@ -279,7 +279,7 @@ constexpr double kCoverage = 0.15, kCoverageWarned = 0.4;  // part of the image
 constexpr double kFocal = 0.02;                            // sigma, relative
 constexpr double kUsed = 0.5;                              // of the views that show the board
 
-void Judge(Calibration* c) {
+void SetVerdict(Calibration* c) {
   const auto judge = [&](bool is_refused, bool is_weak, const std::string& words) {
     if (is_refused) {
       c->reasons.push_back(words);
@@ -367,7 +367,7 @@ Calibration Calibrate(const Board& board, const std::vector<BoardView>& views,
     out.coverage.push_back(CoverageOf(SideOf(out.views, &BoardView::right), sizes.right));
   }
   SetSigma(&out);
-  Judge(&out);
+  SetVerdict(&out);
   return out;
 }
 

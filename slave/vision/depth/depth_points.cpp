@@ -52,7 +52,7 @@ DepthPoints::Params Checked(const DepthPoints::Params& params) {
   Require(params.cell >= 2 && params.cell <= 1024, "cell", 1.0 * params.cell, "2 to 1024 px");
   Require(params.rest_images >= 1 && params.rest_images <= 10000, "rest_images",
           1.0 * params.rest_images, "1 to 10000");
-  Require(params.least_full > 0 && params.least_full <= 1, "least_full", params.least_full,
+  Require(params.min_full > 0 && params.min_full <= 1, "min_full", params.min_full,
           "0 < share <= 1");
   Require(params.nearest >= 0, "nearest", params.nearest, ">= 0 m");
   Require(params.farthest > params.nearest, "farthest", params.farthest, "> nearest");
@@ -62,11 +62,11 @@ DepthPoints::Params Checked(const DepthPoints::Params& params) {
 RestDepth MakeRest(const DepthPoints::Params& params) {
   const double unit = params.camera.unit;
   // The largest count marks a pixel without depth [counts]. [by definition]
-  constexpr double kLargest = std::numeric_limits<std::uint16_t>::max() - 1;
+  constexpr double kMaxCount = std::numeric_limits<std::uint16_t>::max() - 1;
   const double lowest = std::max(1.0, std::ceil(params.nearest / unit));
-  const double highest = std::min(kLargest, std::floor(params.farthest / unit));
+  const double highest = std::min(kMaxCount, std::floor(params.farthest / unit));
   Require(lowest <= highest, "nearest", params.nearest,
-          "less than the largest depth of an image, " + std::to_string(kLargest * unit) + " m");
+          "less than the largest depth of an image, " + std::to_string(kMaxCount * unit) + " m");
   // A pixel at the edge of a hole or of the object jumps by many sigma from image to image.
   constexpr double kFlicker = 12;  // [sigma]
   return {params.rest_images, static_cast<int>(lowest), static_cast<int>(highest),
@@ -91,8 +91,8 @@ bool RestDepth::Add(const cv::Mat& depth) {
     const auto pixels = static_cast<std::size_t>(width_) * static_cast<std::size_t>(height_);
     rest_.assign(pixels, 0);
     seen_.assign(pixels, 0);
-    least_.assign(pixels, std::numeric_limits<std::uint16_t>::max());
-    most_.assign(pixels, 0);
+    min_count_.assign(pixels, std::numeric_limits<std::uint16_t>::max());
+    max_count_.assign(pixels, 0);
   }
   bool any = false;
   for (int v = 0; v < height_; ++v) {
@@ -103,8 +103,8 @@ bool RestDepth::Add(const cv::Mat& depth) {
       any = true;
       rest_[at] += counts[u];
       ++seen_[at];
-      least_[at] = std::min(least_[at], counts[u]);
-      most_[at] = std::max(most_[at], counts[u]);
+      min_count_[at] = std::min(min_count_[at], counts[u]);
+      max_count_[at] = std::max(max_count_[at], counts[u]);
     }
   }
   if (!any) {
@@ -118,7 +118,7 @@ bool RestDepth::Add(const cv::Mat& depth) {
 void RestDepth::Finish() {
   for (std::size_t at = 0; at < rest_.size(); ++at) {
     const bool steady =
-        2 * seen_[at] > images_ && most_[at] - least_[at] <= static_cast<int>(flicker_);
+        2 * seen_[at] > images_ && max_count_[at] - min_count_[at] <= static_cast<int>(flicker_);
     const double mean = steady ? static_cast<double>(rest_[at]) / seen_[at] : 0;
     rest_[at] = static_cast<std::int32_t>(std::lround(kFractions * mean));
   }
@@ -245,7 +245,7 @@ void DepthPoints::MakeCells() {
   const DepthImages& camera = params_.camera;
   const int edge = params_.cell;
   const int columns = rest_.width() / edge;
-  const int least = static_cast<int>(std::ceil(params_.least_full * edge * edge));
+  const int least = static_cast<int>(std::ceil(params_.min_full * edge * edge));
   for (int k = 0; k < columns * (rest_.height() / edge); ++k) {
     const DepthCell square{k % columns * edge, k / columns * edge, edge};
     const auto plane =
@@ -276,7 +276,7 @@ void DepthPoints::MakeCells() {
 void DepthPoints::Measure(const cv::Mat& depth, const Cell& cell, SurfacePoint* point) noexcept {
   const int edge = params_.cell;
   const auto mean = shift_.Of(depth, rest_, cell.square,
-                              static_cast<int>(std::ceil(params_.least_full * edge * edge)));
+                              static_cast<int>(std::ceil(params_.min_full * edge * edge)));
   point->seen = mean.has_value();
   if (!mean) return;
   const double unit = params_.camera.unit;

@@ -65,7 +65,7 @@ class RestDepth {
   double flicker_;
   int width_ = 0, height_ = 0, taken_ = 0;
   std::vector<std::int32_t> rest_;  // while taken: sums of counts
-  std::vector<std::uint16_t> seen_, least_, most_;
+  std::vector<std::uint16_t> seen_, min_count_, max_count_;
 };
 
 // The robust mean of how far depths changed within a cell.
@@ -104,7 +104,7 @@ class DepthPoints {
     DepthImages camera;                // intrinsics, unit, pose, sigma of one depth
     int cell = 16;                     // edge of a cell [px]
     int rest_images = 5;               // the rest frame is their mean
-    double least_full = 0.5;           // share of a cell's pixels that must have a depth
+    double min_full = 0.5;             // share of a cell's pixels that must have a depth
     double nearest = 0, farthest = 1;  // along the ray's z [m]: depths outside are not measurements
     // Depths err alike within patches of this edge [px]: a cell of n pixels has only
     // n / correlation^2 independent ones. 10 px: a stereo depth camera at 0.1 m, measured.

@@ -129,7 +129,7 @@ struct DotArray::Image {
 
 int DotArray::Identify(std::span<const Dot> dots, std::span<const Eigen::Vector2d> places,
                        std::span<const double> areas, std::vector<int>* picks) const {
-  picks->assign(size(), kNobody);
+  picks->assign(size(), kNoDot);
   if (places.size() != size() || areas.size() != size()) return 0;
   Image image{dots, {places.begin(), places.end()}, {}, areas};
   for (std::size_t k = 0; k < size(); ++k) image.spacings.push_back(Spacing(k, places));
@@ -184,23 +184,23 @@ DotArray::Places DotArray::Adapted(const Image& image, const std::vector<int>& p
 
 // The nearest dot within the gate of each place; of two places the nearer one keeps it.
 int DotArray::Assign(const Image& image, const Places& expected, std::vector<int>* picks) const {
-  picks->assign(size(), kNobody);
-  std::vector<int> owners(image.dots.size(), kNobody);
+  picks->assign(size(), kNoDot);
+  std::vector<int> owners(image.dots.size(), kNoDot);
   int found = 0;
   for (std::size_t k = 0; k < size(); ++k) {
     double nearest = kGate * image.spacings[k];
-    int pick = kNobody;
+    int pick = kNoDot;
     for (std::size_t i = 0; i < image.dots.size(); ++i) {
       const double distance = (image.dots[i].centre - expected[k]).norm();
       const bool alike = image.areas[k] <= 0 || Alike(image.dots[i].area, image.areas[k]);
       if (alike && distance < nearest) nearest = distance, pick = static_cast<int>(i);
     }
-    if (pick == kNobody) continue;
+    if (pick == kNoDot) continue;
     int& owner = owners[Index(pick)];
-    if (owner != kNobody) {
+    if (owner != kNoDot) {
       const Eigen::Vector2d& centre = image.dots[Index(pick)].centre;
       if ((expected[Index(owner)] - centre).norm() <= nearest) continue;
-      (*picks)[Index(owner)] = kNobody;
+      (*picks)[Index(owner)] = kNoDot;
       --found;
     }
     owner = static_cast<int>(k);

@@ -13,7 +13,7 @@ namespace palpate {
 // An array is any arrangement of three dots or more, regular or not, in its own plane (any unit).
 class DotArray {
  public:
-  static constexpr int kNobody = -1;  // [by definition]
+  static constexpr int kNoDot = -1;  // [by definition]
 
   // `layout`: positions in the array's plane; the index is the dot's identity. Throws
   // std::invalid_argument: fewer than 3 or more than 400, two at the same position, all nearly
@@ -23,7 +23,7 @@ class DotArray {
   // The dots near `places`, where the array's dots are expected [px], one each, with an area within
   // a factor of 2.5 of `areas` (0: any). The array may be shifted against `places` as a whole by
   // two spacings, and turned and stretched so that neighbours keep their order. `picks` gets for
-  // each dot of the array the index in `dots`, or kNobody. Returns the number of assigned dots.
+  // each dot of the array the index in `dots`, or kNoDot. Returns the number of assigned dots.
   int Identify(std::span<const Dot> dots, std::span<const Eigen::Vector2d> places,
                std::span<const double> areas, std::vector<int>* picks) const;
   // Returns the expected position of dot `k`, from the motion of its visible neighbours (an affine

@@ -23,7 +23,7 @@ DotTracker::DotTracker(std::vector<Eigen::Vector2d> layout, std::vector<Eigen::V
 bool DotTracker::Process(const cv::Mat& image) noexcept try {
   for (SightedDot& dot : dots_) dot.seen = false;
   seen_ = 0;
-  found_ = found_ ? finder_.Find(image, &all_) && Search(places_, params_.least_seen / 2)
+  found_ = found_ ? finder_.Find(image, &all_) && Search(places_, params_.min_seen / 2)
                   : SearchFirst(image);
   if (found_) ExpectTheMissing();
   return found_;
@@ -38,8 +38,8 @@ bool DotTracker::SearchFirst(const cv::Mat& image) {
   for (const DotTone tone : {first, other}) {
     finder_.set_tone(tone);
     if (!finder_.Find(image, &all_)) break;
-    if (Search(places_, params_.least_seen)) return true;
-    if (Search(projected_, params_.least_seen)) return true;
+    if (Search(places_, params_.min_seen)) return true;
+    if (Search(projected_, params_.min_seen)) return true;
     if (!params_.any_tone) break;
   }
   finder_.set_tone(first);
@@ -47,7 +47,7 @@ bool DotTracker::SearchFirst(const cv::Mat& image) {
 }
 
 // Assigns the dots of the image to dots of the array near `places`.
-bool DotTracker::Search(std::span<const Eigen::Vector2d> places, double least_seen) {
+bool DotTracker::Search(std::span<const Eigen::Vector2d> places, double min_seen) {
   array_.Identify(all_, places, areas_, &picks_);
   seen_ = 0;
   for (std::size_t k = 0; k < array_.size(); ++k) {
@@ -56,7 +56,7 @@ bool DotTracker::Search(std::span<const Eigen::Vector2d> places, double least_se
     dots_[k].dot = all_[Index(picks_[k])];
     ++seen_;
   }
-  return seen_ >= std::max(3.0, least_seen * static_cast<double>(array_.size()));
+  return seen_ >= std::max(3.0, min_seen * static_cast<double>(array_.size()));
 }
 
 void DotTracker::ExpectTheMissing() {

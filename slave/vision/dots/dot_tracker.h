@@ -23,8 +23,8 @@ class DotTracker {
  public:
   struct Params {
     DotFinder::Params finder;
-    bool any_tone = true;     // use the polarity that shows the array, independent of `finder`
-    double least_seen = 0.6;  // share of the array that must be there at first; later half of it
+    bool any_tone = true;   // use the polarity that shows the array, independent of `finder`
+    double min_seen = 0.6;  // share of the array that must be there at first; later half of it
   };
   // `projected`: where the camera sees the layout at rest [px], within half a spacing or so. Throws
   // as DotFinder and DotArray do.
@@ -46,7 +46,7 @@ class DotTracker {
 
  private:
   bool SearchFirst(const cv::Mat& image);
-  bool Search(std::span<const Eigen::Vector2d> places, double least_seen);
+  bool Search(std::span<const Eigen::Vector2d> places, double min_seen);
   void ExpectTheMissing();
 
   Params params_;

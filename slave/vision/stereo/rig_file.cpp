@@ -38,12 +38,12 @@ namespace {
 
 // Accepted values, beyond what any rig has [by definition]: size of an image [px] and of a file
 // [bytes].
-constexpr int kLargestImage = 16384;
-constexpr std::uintmax_t kLargestFile = 1 << 20;  // [by definition]
+constexpr int kMaxImage = 16384;
+constexpr std::uintmax_t kMaxFile = 1 << 20;  // [by definition]
 // Focal length [px], distance of the cameras [m], and the largest centre of an image [px],
 // distortion [-] and rms [px]. [by definition]
 constexpr double kMinFocal = 1e-3, kMaxFocal = 1e9, kMinDistance = 1e-12, kMaxDistance = 1e3,
-                 kLargest = 1e6;
+                 kMaxPixels = 1e6;
 
 constexpr const char* kAccepted =
     "a camera rig with image_width, image_height, camera_matrix and distortion_coefficients, as "
@@ -52,7 +52,7 @@ constexpr const char* kAccepted =
 class RigReader {
  public:
   explicit RigReader(const std::filesystem::path& file) : file_(file) {
-    const std::string text = ReadWholeFile(file, kLargestFile, "a camera rig");
+    const std::string text = ReadWholeFile(file, kMaxFile, "a camera rig");
     const bool is_xml = Trimmed(text).starts_with("<?xml");
     const std::string foreign = ForeignFormat(std::string_view(text));
     if (!is_xml && !foreign.empty()) Refuse("is " + foreign + ": expected " + kAccepted);
@@ -71,7 +71,7 @@ class RigReader {
     const bool is_pair = Has(root_, "left") || Has(root_, "right");
     rig.left = ReadLens(is_pair ? Child(root_, "left", "left") : root_, is_pair ? "left." : "");
     if (Has(root_, "rms_px")) rig.rms_px = Number(root_["rms_px"], "rms_px");
-    RequireRange("rms_px", rig.rms_px, 0, kLargest, "a distance in pixels");
+    RequireRange("rms_px", rig.rms_px, 0, kMaxPixels, "a distance in pixels");
     if (!is_pair) return rig;
     rig.right = ReadLens(Child(root_, "right", "right"), "right.");
     const std::vector<double> R = Matrix(root_, "R", "R"), T = Matrix(root_, "T", "T");
@@ -155,8 +155,8 @@ class RigReader {
   }
   int Pixels(const YAML::Node& map, const char* key, const std::string& name) const {
     const double value = Number(Child(map, key, name), name);
-    if (!(value >= 1 && value <= kLargestImage) || value != std::floor(value)) {
-      Refuse(fmt::format("{} = {}: expected 1 to {} pixels", name, value, kLargestImage));
+    if (!(value >= 1 && value <= kMaxImage) || value != std::floor(value)) {
+      Refuse(fmt::format("{} = {}: expected 1 to {} pixels", name, value, kMaxImage));
     }
     return static_cast<int>(value);
   }
@@ -189,8 +189,8 @@ class RigReader {
     const std::string name = at + "camera_matrix: ";
     RequireRange(name + "fx", lens.fx, kMinFocal, kMaxFocal, "a focal > 0 [px]");
     RequireRange(name + "fy", lens.fy, kMinFocal, kMaxFocal, "a focal > 0 [px]");
-    RequireRange(name + "cx", lens.cx, -kLargest, kLargest, "a centre [px]");
-    RequireRange(name + "cy", lens.cy, -kLargest, kLargest, "a centre [px]");
+    RequireRange(name + "cx", lens.cx, -kMaxPixels, kMaxPixels, "a centre [px]");
+    RequireRange(name + "cy", lens.cy, -kMaxPixels, kMaxPixels, "a centre [px]");
     if (K[1] != 0 || K[3] != 0 || K[6] != 0 || K[7] != 0 || K[8] != 1) {
       Refuse(at + "camera_matrix: expected [fx, 0, cx, 0, fy, cy, 0, 0, 1]");
     }
@@ -201,7 +201,7 @@ class RigReader {
     for (std::size_t i = 0; i < d.size(); ++i) {
       if (i < lens.distortion.size()) {
         lens.distortion[i] = d[i];
-        RequireRange(at + "distortion_coefficients", d[i], -kLargest, kLargest, "a number");
+        RequireRange(at + "distortion_coefficients", d[i], -kMaxPixels, kMaxPixels, "a number");
       } else if (d[i] != 0) {
         Refuse(at + "distortion_coefficients: expected k1 k2 p1 p2 k3 (plumb bob); this lens " +
                "has more");

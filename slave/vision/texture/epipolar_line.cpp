@@ -103,14 +103,14 @@ std::optional<PatchWarp> SearchEpipolar(const Lens& from, const Lens& to,
   const double step = 1 << level;  // a pixel of the level
   const double apart = 3 * step;   // another peak, not this one's slope
   // The longest line crosses the image; what it walks outside is bounded by the same.
-  const int most_steps = 4 * (to.size[0] + to.size[1]);
+  const int max_steps = 4 * (to.size[0] + to.size[1]);
   EpipolarLine line(from, to, X_TF, seen.p);
 
   // The best peak so far, and the best one far from it. A peak that is surpassed by a distant one
   // becomes the second best.
   Peak best;
   double elsewhere = -1;
-  for (int k = 0; k < most_steps && line.Next(step); ++k) {
+  for (int k = 0; k < max_steps && line.Next(step); ++k) {
     const auto warp = WarpAt(line, seen);
     if (!warp) continue;
     const double score = window.Score(image[level], warp->OnLevel(level));
@@ -123,7 +123,7 @@ std::optional<PatchWarp> SearchEpipolar(const Lens& from, const Lens& to,
     }
   }
   const bool found =
-      best.score >= options.least_correlation && best.score - elsewhere >= options.least_margin;
+      best.score >= options.min_correlation && best.score - elsewhere >= options.min_margin;
   return found ? std::optional(best.warp) : std::nullopt;
 }
 

@@ -52,8 +52,8 @@ std::optional<double> NearestInBoth(const StereoRig& rig) noexcept;
 
 // Finds a window of one camera in the other's image: along the possible projections of its ray.
 struct EpipolarOptions {
-  double least_correlation = 0.7;  // at the coarse level
-  double least_margin = 0.03;  // ratio to the best score elsewhere: ambiguous matches are rejected
+  double min_correlation = 0.7;  // at the coarse level
+  double min_margin = 0.03;  // ratio to the best score elsewhere: ambiguous matches are rejected
 };
 
 // `seen` in the image of `from`; its window on `level` is searched in `image`, taken by `to`,

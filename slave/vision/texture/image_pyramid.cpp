@@ -13,7 +13,7 @@
 namespace palpate {
 namespace {
 
-constexpr int kSmallest = 32;  // [px] [tuned: TheOtherCamerasImageMayBeLarger]
+constexpr int kMinSize = 32;  // [px] [tuned: TheOtherCamerasImageMayBeLarger]
 
 // BT.601 in 16.16 fixed point.
 void GreyRow(const std::uint8_t* bgr, std::uint8_t* grey, int width) {
@@ -41,13 +41,13 @@ ImagePyramid::ImagePyramid(const cv::Mat& first, int levels) : type_(first.type(
   if (first.dims != 2 || (type_ != CV_8UC1 && type_ != CV_8UC3)) {
     throw std::invalid_argument("image of texture: expected 8 bit grey or BGR");
   }
-  if (first.cols < kSmallest || first.rows < kSmallest) {
+  if (first.cols < kMinSize || first.rows < kMinSize) {
     throw std::invalid_argument("image of texture: " + std::to_string(first.cols) + " x " +
                                 std::to_string(first.rows) + " px: expected 32 px and more");
   }
   Require(levels >= 1, "levels", levels, ">= 1");
   for (cv::Size size = first.size();
-       static_cast<int>(levels_.size()) < levels && std::min(size.width, size.height) >= kSmallest;
+       static_cast<int>(levels_.size()) < levels && std::min(size.width, size.height) >= kMinSize;
        size = {size.width / 2, size.height / 2}) {
     levels_.emplace_back(size, CV_8UC1);
   }

@@ -13,20 +13,20 @@ namespace {
 
 using Freedom = PatchAligner::Freedom;
 
-constexpr int kSmallestEdge = 9;      // of a window [px] [tuned: WhatCannotBeIsRefusedAtOnce]
+constexpr int kMinEdge = 9;           // of a window [px] [tuned: WhatCannotBeIsRefusedAtOnce]
 constexpr double kCoarseMatch = 0.6;  // correlation below which a coarse position is rejected
 constexpr int kNearby = 12;           // searched where the way down misled [px]
 constexpr int kSearchesPerImage = 4;
 
 void Check(const SsdOptions& options) {
   const int window = options.window;
-  Require(window >= kSmallestEdge && window <= 255 && window % 2 == 1, "window", window,
+  Require(window >= kMinEdge && window <= 255 && window % 2 == 1, "window", window,
           "an odd number from 9 to 255", " px");
   Require(options.levels >= 1 && options.levels <= 6, "levels", options.levels, "1 to 6");
-  for (const double least : {options.least_correlation, options.refind_correlation}) {
+  for (const double least : {options.min_correlation, options.refind_correlation}) {
     Require(least > 0 && least < 1, "correlation", least, "0 < c < 1");
   }
-  Require(options.most_return_miss > 0, "most_return_miss", options.most_return_miss, "> 0", " px");
+  Require(options.max_return_miss > 0, "max_return_miss", options.max_return_miss, "> 0", " px");
   Require(options.search_radius >= 0, "search_radius", options.search_radius, ">= 0", " px");
 }
 
@@ -34,7 +34,7 @@ void Check(const SsdOptions& options) {
 std::vector<PatchAligner> TemplatesFor(int window, int levels) {
   std::vector<PatchAligner> templates;
   for (int l = 0; l < levels; ++l) {
-    templates.emplace_back(std::max(kSmallestEdge, (window >> l) | 1));
+    templates.emplace_back(std::max(kMinEdge, (window >> l) | 1));
   }
   return templates;
 }
@@ -135,7 +135,7 @@ bool SsdTracker::ReturnsToStart(const PatchWarp& now, const PatchWarp& before) n
     const PatchWarp start = search ? Search(back_, before_, now, near, kNearby >> near) : now;
     const PatchWarp coarse = Coarse(back_, before_, start, search ? 0 : top);
     const auto match = back_.front().Align(before_[0], coarse, Freedom::kShift);
-    const bool back = (match.warp.p - before.p).norm() <= options_.most_return_miss;
+    const bool back = (match.warp.p - before.p).norm() <= options_.max_return_miss;
     if (match.converged && back) return true;
   }
   return false;
@@ -151,8 +151,7 @@ bool SsdTracker::Follow(TrackedWindow& window, Memory& memory) noexcept {
     for (PatchWarp start : {predicted, before}) {
       if (search) start = Search(memory.first, now_, start, near, kNearby >> near);
       const auto match = Descend(memory.first, now_, start, search ? 0 : top);
-      if (!Found(match, options_.least_correlation) || !ReturnsToStart(match.warp, before))
-        continue;
+      if (!Found(match, options_.min_correlation) || !ReturnsToStart(match.warp, before)) continue;
       Accept(window, match);
       memory.velocity = window.warp.p - before.p;
       return true;
@@ -209,7 +208,7 @@ bool SsdTracker::Place(std::size_t i, const PatchWarp& start) noexcept {
   if (window.state == WindowState::kNoTexture) return false;
   Memory& memory = memories_[i];
   const auto match = Descend(memory.first, now_, start, std::min(1, now_.levels() - 1));
-  if (!Found(match, options_.least_correlation)) return false;
+  if (!Found(match, options_.min_correlation)) return false;
   Accept(window, match);
   memory.velocity.setZero();
   memory.lost_for = 0;

@@ -19,9 +19,9 @@ namespace palpate {
 struct SsdOptions {
   int window = 31;                  // edge [px], odd, 9 to 255
   int levels = 3;                   // of the pyramid, 1 to 6
-  double least_correlation = 0.8;   // of a window that is still the same, (0, 1)
+  double min_correlation = 0.8;     // of a window that is still the same, (0, 1)
   double refind_correlation = 0.9;  // score of a window that was lost, (0, 1)
-  double most_return_miss =
+  double max_return_miss =
       0.5;                 // distance after tracking back, in pixels of the previous image [px]
   int search_radius = 96;  // of lost windows, at most [px]
 };

@@ -21,7 +21,7 @@ bool IsImage(const cv::Mat& image, const Lens& lens) {
 void Check(const StereoTextureOptions& options) {
   Require(options.count >= 1 && options.count <= 10000, "count", 1.0 * options.count, "1 to 10000");
   Require(options.sigma > 0, "sigma", options.sigma, "> 0 [px]");
-  Require(options.most_miss > 0, "most_miss", options.most_miss, "> 0 [px]");
+  Require(options.max_miss > 0, "max_miss", options.max_miss, "> 0 [px]");
 }
 
 }  // namespace
@@ -95,13 +95,13 @@ bool StereoTexture::ReturnsToStart(std::size_t i, bool to_left) noexcept {
     return false;
   }
   EpipolarOptions best_alone = options_.search;
-  best_alone.least_margin = 0;
+  best_alone.min_margin = 0;
   const auto home = to_left ? SearchEpipolar(rig_.left, rig_.right, X_RL_, found, *back_,
                                              right_->image(), level_, best_alone)
                             : SearchEpipolar(rig_.right, rig_.left, X_LR_, found, *back_,
                                              left_->image(), level_, best_alone);
-  const double most_miss = 2 * (1 << level_);  // [px]: the search's own steps
-  return home && (home->p - known.p).norm() <= most_miss;
+  const double max_miss = 2 * (1 << level_);  // [px]: the search's own steps
+  return home && (home->p - known.p).norm() <= max_miss;
 }
 
 bool StereoTexture::Locate(std::size_t i) noexcept {
@@ -113,7 +113,7 @@ bool StereoTexture::Locate(std::size_t i) noexcept {
   const double variance = std::max(l.covariance.trace(), r.covariance.trace()) / 2;
   const double sigma = std::max(options_.sigma, std::sqrt(variance));
   const auto met = Triangulate(rig_, l.warp.p, r.warp.p, sigma);
-  if (!met || std::abs(met->miss_px) > options_.most_miss) {
+  if (!met || std::abs(met->miss_px) > options_.max_miss) {
     right_->Lose(i);  // the templates are the left camera's: its window is the better known
     return false;
   }

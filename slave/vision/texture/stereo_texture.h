@@ -21,10 +21,10 @@ namespace palpate {
 
 struct StereoTextureOptions {
   std::vector<Eigen::Vector2d>
-      at;                  // windows in the first left image [px]; empty: selected automatically
-  int count = 31;          // of chosen windows, at most; 1 to 10000
-  double sigma = 0.1;      // least sigma of a position in an image [px], > 0
-  double most_miss = 1.5;  // distance of the two rays, in pixels of the left image [px], > 0
+      at;                 // windows in the first left image [px]; empty: selected automatically
+  int count = 31;         // of chosen windows, at most; 1 to 10000
+  double sigma = 0.1;     // least sigma of a position in an image [px], > 0
+  double max_miss = 1.5;  // distance of the two rays, in pixels of the left image [px], > 0
   SsdOptions ssd;
   EpipolarOptions search;
 

@@ -18,14 +18,14 @@ class CaseTable {
   // `make`: severity -> Alteration, or -> Paint.
   template <typename Make>
   void Add(const std::string& name, const std::string& unit, std::initializer_list<double> right,
-           std::initializer_list<double> doubt, const Make& make) {
+           std::initializer_list<double> flagged, const Make& make) {
     for (const double& severity : right) {
       Append(name, unit, severity, Demand::kRight, make);
       cases_.back().is_quick = !rarely_ && &severity == right.end() - 1;
     }
-    for (const double& severity : doubt) {
+    for (const double& severity : flagged) {
       Append(name, unit, severity, Demand::kFlag, make);
-      cases_.back().is_quick = !rarely_ && &severity == doubt.begin();
+      cases_.back().is_quick = !rarely_ && &severity == flagged.begin();
     }
   }
   // Without a severity.

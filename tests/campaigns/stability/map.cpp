@@ -26,7 +26,7 @@ constexpr double kDepth = 0.003;     // at the hand [m]
 constexpr double kSurface = -0.004;  // where the wall begins, at the hand [m]
 constexpr double kSettled = 0.45,
                  kHeld = 1;     // after the first touch: the hand is in, and holds [s]
-constexpr double kLongest = 6;  // [s]
+constexpr double kMaxTime = 6;  // [s]
 constexpr double kMoves = 0.2;  // of the depth, to and fro meanwhile: restless
 constexpr double kStiffest = 2e5, kSoftest = 10;  // at the hand [N/m]
 constexpr int kAcross = 14, kUp = 14;
@@ -55,9 +55,9 @@ Calm TryPress(double K, const Wire& line, RenderMode mode, const Arm& arm) {
   options.sensor_rate = line.rate;
   Rig rig(options, mode, 12, 1);
   SimHand hand(kDepth, 0.020, arm);
-  double path = 0, last = 0, first = 0, touched = kLongest;
+  double path = 0, last = 0, first = 0, touched = kMaxTime;
   int damped = 0;
-  while (rig.t() < std::min(touched + kHeld, kLongest)) {
+  while (rig.t() < std::min(touched + kHeld, kMaxTime)) {
     const TickRecord& record = rig.Tick(hand);
     const double y = record.p_M.y();
     if (y < kSurface) touched = std::min(touched, rig.t());

@@ -387,7 +387,7 @@ TEST(HapticLoopAlignTest, NewSettingsEndAnEngagementThatBegins) {
 TEST(HapticLoopAgeTest, DelayedEchoesDoNotMakeOldStatesAcceptable) {
   for (const double longest : {std::numeric_limits<double>::infinity(), 1.0}) {
     HapticLoop::Options options;
-    options.longest_trip = longest;
+    options.max_trip = longest;
     VirtualSlave::Options slave;
     slave.delay = 0.01;
     Rig rig(options, slave);

@@ -23,7 +23,7 @@ Bytes Damaged(Bytes bytes, Choices* choices) {
   const std::size_t at = 256U * choices->Byte() + choices->Byte();
   switch (choices->Below(3)) {
     case 0:
-      bytes.resize(at % (2 * kLargestDatagram), 0);
+      bytes.resize(at % (2 * kMaxDatagram), 0);
       break;
     case 1:
       bytes[at % bytes.size()] ^= static_cast<std::uint8_t>(1U << choices->Below(8));

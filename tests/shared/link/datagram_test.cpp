@@ -57,8 +57,7 @@ TEST(SealFormat, IsThatOfTheContract) {
 }
 
 TEST_F(SealTest, WhatWasSealedIsOpenedAndNothingOfItShows) {
-  for (const std::string& text :
-       {std::string("x"), std::string(kLargestDatagram - kSealSize, 'y')}) {
+  for (const std::string& text : {std::string("x"), std::string(kMaxDatagram - kSealSize, 'y')}) {
     const Bytes sealed = Sealed(text);
     EXPECT_EQ(sealed.size(), text.size() + kSealSize);
     EXPECT_EQ(Copy(opener_.Open(sealed)), ToBytes(text));
@@ -153,7 +152,7 @@ class Stranger {
   }
   // The datagrams that wait in the socket.
   [[nodiscard]] Bytes Receive() const {
-    Bytes bytes(2 * kLargestDatagram);
+    Bytes bytes(2 * kMaxDatagram);
     const ssize_t came = recv(fd_, bytes.data(), bytes.size(), MSG_DONTWAIT);
     bytes.resize(came < 0 ? 0 : static_cast<std::size_t>(came));
     return bytes;
@@ -185,7 +184,7 @@ class LineTest : public testing::Test {
 
 TEST_F(LineTest, StrangersAreNeitherHeardNorAnsweredAndCostTheOthersNothing) {
   const Stranger stranger(At());
-  for (std::size_t size = 0; size < 2 * kLargestDatagram; ++size) stranger.Send(Bytes(size));
+  for (std::size_t size = 0; size < 2 * kMaxDatagram; ++size) stranger.Send(Bytes(size));
   answerer_.Send("state");
   EXPECT_FALSE(stranger.IsAnswered());
   EXPECT_TRUE(heard_.texts().empty());

@@ -44,7 +44,7 @@ class Connection {
     getsockopt(near_, IPPROTO_TCP, TCP_CONGESTION, name.data(), &size);
     return name.data();
   }
-  [[nodiscard]] int most_unsent() const {
+  [[nodiscard]] int max_unsent() const {
     int bytes = 0;
     socklen_t size = sizeof bytes;
     getsockopt(near_, IPPROTO_TCP, TCP_NOTSENT_LOWAT, &bytes, &size);
@@ -61,8 +61,8 @@ TEST(TcpLineTest, OnlyConnectionsToThePortAreFound) {
   const Connection meant, other;
   EXPECT_EQ(LinesTo(meant.port).size(), 1U);
   for (const int line : LinesTo(meant.port)) PrepareLine(line);
-  EXPECT_EQ(meant.most_unsent(), kMaxUnsent);
-  EXPECT_NE(other.most_unsent(), kMaxUnsent);
+  EXPECT_EQ(meant.max_unsent(), kMaxUnsent);
+  EXPECT_NE(other.max_unsent(), kMaxUnsent);
   EXPECT_TRUE(LinesTo(1).empty());
   PrepareLine(-1);  // nothing happens
 }

@@ -82,7 +82,7 @@ TEST_F(RecordingTest, WhatIsMadeLateIsMadeByAnotherThread) {
 
 // Memory is bounded, and a recording has no gaps: more than may wait ends it.
 TEST_F(RecordingTest, MoreThanMayWaitEndsTheRecordingWithoutAGap) {
-  Recording recording({.file = file_, .most_waiting = 1000});
+  Recording recording({.file = file_, .max_waiting = 1000});
   const auto a = recording.Open("/a", v1::SlaveState());
   v1::SlaveState state;
   state.set_sequence(1);

@@ -465,12 +465,12 @@ TEST_F(IdentifyCommand, ImagesAndAKnownForceTellTheModulus) {
                   states.Number(column("true_fx"), 1e9), states.Number(column("true_fy"), 1e9));
   }
   IdentifyRequest options;
-  options.data = {"pictures=" + Write("forces.csv", forces).string()};
+  options.data = {"images=" + Write("forces.csv", forces).string()};
   options.scene = block;
   options.overrides = {"sense.camera={file: '" + (out / "frames/%06d.png").string() +
                            "', pixel: 0.35 mm, pose: {translation: [44 mm, 54 mm, 0]}}",
                        "object.material.young_modulus=60 kPa"};
-  const json fit = Run(options).at("pictures");
+  const json fit = Run(options).at("images");
   EXPECT_NEAR(fit.at("young_modulus_Pa").get<double>(), 127e3, 0.015 * 127e3);
   EXPECT_GT(fit.at("sigma_Pa").get<double>(), 0);
   EXPECT_GT(fit.at("pressed").get<int>(), 20);
@@ -479,7 +479,7 @@ TEST_F(IdentifyCommand, ImagesAndAKnownForceTellTheModulus) {
 TEST_F(IdentifyCommand, SaysWhatForcesOfImagesMustBe) {
   const auto refusal = [&](const std::string& text, bool recorded = true) {
     IdentifyRequest options;
-    options.data = {"pictures=" + Write("forces.csv", text).string()};
+    options.data = {"images=" + Write("forces.csv", text).string()};
     options.scene = SourcePath("/deploy/scenes/silicone-block.yaml");
     const std::string image = Write("1.png", "not looked at").string();
     if (recorded) options.overrides = {"sense.camera={file: '" + image + "', pixel: 0.35 mm}"};
@@ -489,7 +489,7 @@ TEST_F(IdentifyCommand, SaysWhatForcesOfImagesMustBe) {
   EXPECT_THAT(refusal("sequence,force\n1,2\n1,3\n"), HasSubstr(":3: sequence: expected each"));
   EXPECT_THAT(refusal("sequence,force\n1.5,2\n"), HasSubstr(":2: sequence: expected a whole"));
   EXPECT_THAT(refusal("force\n1\n", false), HasSubstr("expected a scene with recorded"));
-  EXPECT_THAT(Refusal({.data = {"pictures=forces.csv"}}), HasSubstr("needs --scene"));
+  EXPECT_THAT(Refusal({.data = {"images=forces.csv"}}), HasSubstr("needs --scene"));
 }
 
 }  // namespace

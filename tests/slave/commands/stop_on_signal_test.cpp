@@ -88,11 +88,11 @@ TEST(StopOnSignalTest, ItsEmergencyIsHeardAlsoBeforeAnybodyListens) {
   kill(getpid(), SIGUSR1);
   std::this_thread::sleep_for(std::chrono::milliseconds(200));
   stop.OnEmergency([&] { ++heard; });
-  const auto patience = std::chrono::steady_clock::now() + std::chrono::seconds(30);
-  while (heard == 0 && std::chrono::steady_clock::now() < patience) std::this_thread::yield();
+  const auto deadline = std::chrono::steady_clock::now() + std::chrono::seconds(30);
+  while (heard == 0 && std::chrono::steady_clock::now() < deadline) std::this_thread::yield();
   EXPECT_EQ(heard, 1);
   kill(getpid(), SIGUSR1);
-  while (heard == 1 && std::chrono::steady_clock::now() < patience) std::this_thread::yield();
+  while (heard == 1 && std::chrono::steady_clock::now() < deadline) std::this_thread::yield();
   EXPECT_EQ(heard, 2);
   EXPECT_FALSE(stop.token().stop_requested());
   stop.OnEmergency(nullptr);

@@ -59,9 +59,9 @@ TEST_F(UnblockedLogTest, WhatNobodyReadsIsLostAndCounted) {
 }
 
 TEST_F(UnblockedLogTest, ALineThatIsTooLongIsShortened) {
-  log_->warn(std::string(3 * kMostUnblocked, 'x'));
+  log_->warn(std::string(3 * kMaxUnblocked, 'x'));
   const std::string output = Read();
-  EXPECT_EQ(output.size(), kMostUnblocked);
+  EXPECT_EQ(output.size(), kMaxUnblocked);
   EXPECT_THAT(output, EndsWith("...\n"));
 }
 

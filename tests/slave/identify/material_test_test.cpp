@@ -58,7 +58,7 @@ TEST(Stability, IsSeenAndNamed) {
   const HyperLaw unstable{.name = "yeoh", .yeoh = {500, -100, 0}};
   EXPECT_NE(FirstInstability(unstable, 0.5, 4).find("unstable from a stretch of"),
             std::string::npos);
-  EXPECT_LT(LeastStability(unstable, {3, 1 / std::sqrt(3.0), 1 / std::sqrt(3.0)}), 0);
+  EXPECT_LT(MinStability(unstable, {3, 1 / std::sqrt(3.0), 1 / std::sqrt(3.0)}), 0);
 }
 
 }  // namespace

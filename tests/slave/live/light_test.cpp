@@ -18,7 +18,7 @@ namespace {
 
 constexpr double kSpan = 0.05;  // of the lamp, three images [s]
 constexpr std::size_t kImages = 60;
-constexpr double kPatience = 60;  // [s]
+constexpr double kTimeout = 60;  // [s]
 
 bool IsDimAt(Time at) {
   return std::fmod(SecondsBetween(Time{}, at) / kSpan, 2) >= 1;
@@ -39,7 +39,7 @@ std::vector<Sighting> Watch(Slave* slave) {
   std::vector<Sighting> seen;
   Time last{};
   for (const Time begin = Clock::now(); seen.size() < kImages;) {
-    if (SecondsBetween(begin, Clock::now()) > kPatience) break;
+    if (SecondsBetween(begin, Clock::now()) > kTimeout) break;
     slave->WaitForNewer(last, std::chrono::milliseconds(50));
     const auto image = slave->Image(false, 90);
     for (const SampleTrace& trace : slave->TracesSince(last)) {

@@ -35,7 +35,7 @@ TEST(Bem2dModel, AToolThatElementsAreTooLongForIsExtrapolated) {
     const double off = std::abs(is.force_O.y() / should.force_O.y() - 1);
     const bool is_valid = is.validity == Validity::kValid;
     EXPECT_LT(is_valid ? off : 0, 0.14) << width;
-    if (!is_valid) EXPECT_EQ(is.doubt, kCoarsePatch) << width;
+    if (!is_valid) EXPECT_EQ(is.flag_reason, kCoarsePatch) << width;
     (is_valid ? valid : flagged) += 1;
   }
   EXPECT_GT(valid, 1);

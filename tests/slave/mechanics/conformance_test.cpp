@@ -218,7 +218,7 @@ TEST_P(Conformance, ALoadUndoesWhatADisplacementNeeds) {
   const Model model = Make();
   for (const Contact& contact : {Move(), MoveOther()}) {
     const ContactResponse moved = Answer(*model, {contact}).front();
-    ASSERT_EQ(moved.validity, Validity::kValid) << model->failure() << moved.doubt;
+    ASSERT_EQ(moved.validity, Validity::kValid) << model->failure() << moved.flag_reason;
     EXPECT_GT(moved.force_O.dot(moved.displacement_O), 0);
     Contact load = contact;
     load.kind = Contact::Kind::kForce;

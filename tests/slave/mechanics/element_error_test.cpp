@@ -77,7 +77,7 @@ TEST(ElementError, AStripThatBendsIsWithinFivePerCentOrExtrapolated) {
         const double off = std::abs(bent.displacement_O.x() / exact - 1);
         const bool is_valid = bent.validity == Validity::kValid;
         EXPECT_LT(is_valid ? off : 0, 0.05) << a << ":1, " << elements;
-        EXPECT_TRUE(is_valid || bent.doubt == kCoarseElements) << bent.doubt;
+        EXPECT_TRUE(is_valid || bent.flag_reason == kCoarseElements) << bent.flag_reason;
         (is_valid ? valid : flagged) += 1;
       }
     }
@@ -153,9 +153,9 @@ TEST(ElementError, FlagsTheSlenderPartOfABodyOnly) {
     return contacts::Answer(on, contacts::Push({x, 1, 0}, {0, -1e-9, 0}, width));
   };
   const ContactResponse on_square = press(model, 0.4, 0.1), on_arm = press(model, 1.9, 0.1);
-  EXPECT_EQ(on_square.validity, Validity::kValid) << on_square.doubt;
+  EXPECT_EQ(on_square.validity, Validity::kValid) << on_square.flag_reason;
   EXPECT_NEAR(on_square.displacement_O.y() / press(exact, 0.4, 0.1).displacement_O.y(), 1, 0.05);
-  EXPECT_EQ(on_arm.doubt, kCoarseElements);
+  EXPECT_EQ(on_arm.flag_reason, kCoarseElements);
   EXPECT_LT(on_arm.displacement_O.y() / press(exact, 1.9, 0.1).displacement_O.y(), 0.7);
   EXPECT_EQ(press(exact, 1.9, 0.1).validity, Validity::kValid);
 }

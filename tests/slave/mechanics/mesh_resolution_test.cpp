@@ -107,7 +107,7 @@ TEST(PatchResolution, ATouchThatIsNarrowerThanTheMeshIsExtrapolated) {
           if (KnowsNarrowDiscs(kind, loaded)) continue;
           const ContactResponse r = Query(*model, Press(loaded, p_O, width));
           EXPECT_EQ(r.validity, Validity::kExtrapolated) << kind.name << " at " << p_O.transpose();
-          EXPECT_EQ(r.doubt, kCoarsePatch) << kind.name;
+          EXPECT_EQ(r.flag_reason, kCoarsePatch) << kind.name;
         }
       }
     }
@@ -128,7 +128,7 @@ TEST(PatchResolution, ANarrowDiscIsAsStiffAsOnAHalfSpace) {
             const ContactResponse r = Query(*model, Press(loaded, p_O, width));
             const std::string where =
                 Formatted("%s, nu %.2f, width %.4f, x %.3f", kind.name.c_str(), nu, width, p_O.x());
-            EXPECT_NE(r.doubt, kCoarsePatch) << where;
+            EXPECT_NE(r.flag_reason, kCoarsePatch) << where;
             EXPECT_NEAR(StiffnessOf(r) / HalfSpace(loaded, width, nu), 1, 0.05) << where;
             EXPECT_NEAR(r.stiffness_O(2, 2) / StiffnessOf(r), 1, loaded ? 0.02 : 1e-9) << where;
           }
@@ -166,21 +166,21 @@ TEST(PatchResolution, ANarrowDiscByAnEdgeOnAThinPartOrBesideAnotherIsExtrapolate
     if (!KnowsNarrowDiscs(kind, false)) continue;
     const auto cube = Make(kind, {.cells = {6, 6, 6}});
     const auto pad = Make(kind, {.size = {1, 1, 0.1}, .cells = {6, 6, 1}});
-    EXPECT_EQ(Query(*cube, Press(false, {0.97, 0.5, 1}, width)).doubt, kCoarsePatch)
+    EXPECT_EQ(Query(*cube, Press(false, {0.97, 0.5, 1}, width)).flag_reason, kCoarsePatch)
         << "by an edge";
-    EXPECT_EQ(Query(*cube, Press(false, {0.0, 0.5, 0.1}, width)).doubt, kCoarsePatch)
+    EXPECT_EQ(Query(*cube, Press(false, {0.0, 0.5, 0.1}, width)).flag_reason, kCoarsePatch)
         << "by what is held";
-    EXPECT_EQ(Query(*pad, Press(false, {0.52, 0.51, 0.1}, width)).doubt, kCoarsePatch)
+    EXPECT_EQ(Query(*pad, Press(false, {0.52, 0.51, 0.1}, width)).flag_reason, kCoarsePatch)
         << "a thin pad";
     const std::array beside{Press(false, {0.4, 0.5, 1}, width), Press(false, {0.6, 0.5, 1}, width)};
     std::array<ContactResponse, 2> both;
     cube->Respond(beside, both);
-    EXPECT_EQ(both[0].doubt, kCoarsePatch) << kind.name;
-    EXPECT_EQ(both[1].doubt, kCoarsePatch) << kind.name;
+    EXPECT_EQ(both[0].flag_reason, kCoarsePatch) << kind.name;
+    EXPECT_EQ(both[1].flag_reason, kCoarsePatch) << kind.name;
     // It is answered by itself again once the other has gone, and as if that had never been.
     const double alone = Query(*Make(kind, {.cells = {6, 6, 6}}), beside[0]).force_O.z();
     const ContactResponse again = Query(*cube, beside[0]);
-    EXPECT_EQ(again.doubt, "") << kind.name;
+    EXPECT_EQ(again.flag_reason, "") << kind.name;
     EXPECT_NEAR(again.force_O.z() / alone, 1, 1e-12) << kind.name;
   }
 }
@@ -205,7 +205,7 @@ TEST(PatchResolution, ANarrowDiscThatMovesAmongManyContactsIsAnsweredAsAlone) {
       is_new->Respond({}, {});
       is_new->Respond(contacts, wanted);
       for (std::size_t i = 0; i < contacts.size(); ++i) {
-        ASSERT_EQ(got[i].doubt, "");
+        ASSERT_EQ(got[i].flag_reason, "");
         EXPECT_LT((got[i].force_O - wanted[i].force_O).norm(), 1e-9 * wanted[0].force_O.norm())
             << kind.name << " " << i;
         EXPECT_LT((got[i].stiffness_O - wanted[i].stiffness_O).norm(),
@@ -276,7 +276,7 @@ TEST(PatchResolution, TheEndOfABarIsNoNarrowPatch) {
       const auto model = Make(kind, box);
       const ContactResponse r =
           Query(*model, contacts::Move({length, 0.5, 0.65}, {-1e-6, 0, 0}, 1.3));
-      EXPECT_EQ(r.doubt, "") << kind.name << " " << length;
+      EXPECT_EQ(r.flag_reason, "") << kind.name << " " << length;
       EXPECT_NEAR(-r.force_O.x() / (1e-6 * 1.3 / length), 1, 0.05) << kind.name << " " << length;
     }
   }
@@ -346,7 +346,8 @@ TEST(StrainResolution, ABeamWithTooFewElementsIsExtrapolated) {
                           across, nu, bends ? "bent" : "pressed", off);
             EXPECT_LT(is_valid ? off : 0, 0.05) << where;
             EXPECT_TRUE(is_valid || off > 0.01) << where;
-            EXPECT_TRUE(is_valid || r.doubt == kStiffInBending) << where << " " << r.doubt;
+            EXPECT_TRUE(is_valid || r.flag_reason == kStiffInBending)
+                << where << " " << r.flag_reason;
             (is_valid ? valid : flagged) += 1;
             bent_and_valid += is_valid && bends ? 1 : 0;
           }
@@ -370,7 +371,7 @@ TEST(StrainResolution, WhatDoesNotBendIsLeftAlone) {
       const Vector3d top(box.size.x() / 2, box.size.y() / 2, box.size.z());
       for (const double width : {0.0, 1.0}) {
         const ContactResponse r = Query(*model, Press(false, top, width));
-        EXPECT_NE(r.doubt, kStiffInBending) << kind.name << " " << box.size.transpose();
+        EXPECT_NE(r.flag_reason, kStiffInBending) << kind.name << " " << box.size.transpose();
       }
     }
   }

@@ -91,7 +91,7 @@ TEST(Regions, LayersOfAColumnGiveWayInSeries) {
         scene,
         {.p_O = {side / 2, side / 2, height}, .width = 1.5 * side, .prescribed_O = {0, 0, -by}});
     EXPECT_NEAR(-response.force_O.z() * softness / (side * side * by), 1, 1e-4) << NameOf(kind);
-    EXPECT_NE(response.doubt, kStiffInBending) << NameOf(kind);
+    EXPECT_NE(response.flag_reason, kStiffInBending) << NameOf(kind);
   }
 }
 
@@ -125,7 +125,7 @@ std::vector<double> Contrast(const Scene& scene) {
     model->Reset();
     const ContactResponse response =
         contacts::Answer(*model, contacts::Move({x, 0.02, 0.025}, {0, 0, -0.001}, 0.01));
-    EXPECT_EQ(response.validity, Validity::kValid) << response.doubt;
+    EXPECT_EQ(response.validity, Validity::kValid) << response.flag_reason;
     force.push_back(-response.force_O.z());
   }
   for (double& f : force) f /= force.back();

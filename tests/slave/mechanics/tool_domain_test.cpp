@@ -83,26 +83,26 @@ TEST(ToolDomain, AnErrorIsNeverBelowThatOfASolid) {
 TEST(ToolDomain, ForcesAreFlaggedOutside) {
   const BoundaryMesh mesh = MeshRectangle(1, 1, 120);
   const Contact press{.p_O = {0.5, 1, 0}, .width = 1. / 15};
-  const auto doubt = [&](double thickness, std::optional<double> extent, Plane plane) {
+  const auto flag_reason = [&](double thickness, std::optional<double> extent, Plane plane) {
     Scene scene = Block({0.49, 1, thickness, 1. / 15, 1, 0, 0}, plane);
     scene.tool->depth = extent;
     ContactResponse response = Valid();
-    ToolDomain(scene, *scene.tool, mesh).Judge(press, &response);
-    EXPECT_EQ(response.validity == Validity::kValid, response.doubt.empty());
-    return response.doubt;
+    ToolDomain(scene, *scene.tool, mesh).FlagOutside(press, &response);
+    EXPECT_EQ(response.validity == Validity::kValid, response.flag_reason.empty());
+    return response.flag_reason;
   };
-  EXPECT_EQ(doubt(0.05, kWhole, Plane::kStress), "");
-  EXPECT_EQ(doubt(0.05, 0.05, Plane::kStress), "");
-  EXPECT_EQ(doubt(0.05, std::nullopt, Plane::kStress), kExtentUnknown);
-  EXPECT_EQ(doubt(0.05, 0.005, Plane::kStress), kExtentTooSmall);
-  EXPECT_EQ(doubt(1, kWhole, Plane::kStress), kNeitherThinNorThick);
-  EXPECT_EQ(doubt(1, kWhole, Plane::kStrain), kNeitherThinNorThick);
-  EXPECT_EQ(doubt(0.05, kWhole, Plane::kStrain), kNeitherThinNorThick);
+  EXPECT_EQ(flag_reason(0.05, kWhole, Plane::kStress), "");
+  EXPECT_EQ(flag_reason(0.05, 0.05, Plane::kStress), "");
+  EXPECT_EQ(flag_reason(0.05, std::nullopt, Plane::kStress), kExtentUnknown);
+  EXPECT_EQ(flag_reason(0.05, 0.005, Plane::kStress), kExtentTooSmall);
+  EXPECT_EQ(flag_reason(1, kWhole, Plane::kStress), kNeitherThinNorThick);
+  EXPECT_EQ(flag_reason(1, kWhole, Plane::kStrain), kNeitherThinNorThick);
+  EXPECT_EQ(flag_reason(0.05, kWhole, Plane::kStrain), kNeitherThinNorThick);
   Scene scene = Block({0.49, 1, 1, 1. / 15, 0.1, 0, 0}, Plane::kStress);
   ContactResponse load = Valid();
   Contact even = press;
   even.kind = Contact::Kind::kForce;
-  ToolDomain(scene, *scene.tool, mesh).Judge(even, &load);
+  ToolDomain(scene, *scene.tool, mesh).FlagOutside(even, &load);
   EXPECT_EQ(load.validity, Validity::kValid) << "a load is what it is";
 }
 
@@ -140,7 +140,7 @@ TEST(ToolDomain, ARigidFaceOnAPlateIsValidWhereItsErrorIsAccepted) {
     const Tool tool{.width = width, .presses_evenly = even};
     ContactResponse response = Valid();
     ToolDomain(scene, tool, MembraneDisc{0.04, 1e-3})
-        .Judge(
+        .FlagOutside(
             {.p_O = {x, 0, 0}, .width = width, .prescribed_O = {0, 0, -depth}, .is_rigid = !even},
             &response);
     return response.validity == Validity::kValid;
@@ -160,7 +160,7 @@ TEST(ToolDomain, ShippedScenesAreInside) {
   for (const char* name : {"silicone-block", "zebrafish-embryo"}) {
     const Scene scene = LoadScene(SourcePath("/deploy/scenes/" + std::string(name) + ".yaml"));
     const ToolDomain domain(scene, *scene.tool, MeshObject(scene, std::nullopt));
-    EXPECT_EQ(domain.doubt(), "") << name;
+    EXPECT_EQ(domain.flag_reason(), "") << name;
     EXPECT_GT(domain.error(), 0) << name;
   }
 }

@@ -14,7 +14,7 @@ namespace palpate {
 namespace {
 
 struct Stiffness {
-  double raw = 0, put_right = 0, sigma = 0;  // along the normal [N/m]; relative
+  double raw = 0, corrected = 0, sigma = 0;  // along the normal [N/m]; relative
 };
 
 Stiffness StiffnessOf(int elements, double width) {
@@ -41,15 +41,15 @@ Stiffness StiffnessOf(int elements, double width) {
 // elements (up to 15 %) to within three of the stated sigmas, which are small.
 TEST(ToolWidthTest, TheDivisionDoesNotMatter) {
   constexpr double kWidth = 5.87e-3;
-  const double truth = StiffnessOf(1200, kWidth).put_right;
+  const double truth = StiffnessOf(1200, kWidth).corrected;
   double worst = 0;
   for (const int elements : {90, 110, 130, 150, 180, 210, 240, 300}) {
     const Stiffness K = StiffnessOf(elements, kWidth);
-    EXPECT_NEAR(K.put_right / truth, 1, 3 * K.sigma) << elements << " elements";
+    EXPECT_NEAR(K.corrected / truth, 1, 3 * K.sigma) << elements << " elements";
     EXPECT_LT(K.sigma, 0.02) << elements << " elements";
     worst = std::max(worst, std::abs(K.raw / truth - 1));
   }
-  EXPECT_GT(worst, 0.04) << "nothing was to be put right";
+  EXPECT_GT(worst, 0.04) << "nothing was to be corrected";
 }
 
 }  // namespace

@@ -113,10 +113,10 @@ TEST_F(AcceptorTest, AConnectionIsHandedOnWhole) {
   const std::scoped_lock lock(mutex_);
   std::string bytes(64, ' ');
   EXPECT_EQ(recv(handed_on_[0], bytes.data(), bytes.size(), 0), 24);
-  int most_unsent = 0;
-  socklen_t size = sizeof most_unsent;
-  getsockopt(handed_on_[0], IPPROTO_TCP, TCP_NOTSENT_LOWAT, &most_unsent, &size);
-  EXPECT_EQ(most_unsent, kMaxUnsent);
+  int max_unsent = 0;
+  socklen_t size = sizeof max_unsent;
+  getsockopt(handed_on_[0], IPPROTO_TCP, TCP_NOTSENT_LOWAT, &max_unsent, &size);
+  EXPECT_EQ(max_unsent, kMaxUnsent);
 }
 
 TEST_F(AcceptorTest, AConnectionWithoutAStreamGivesWayIfAllPlacesAreTaken) {

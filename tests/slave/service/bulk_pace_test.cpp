@@ -109,7 +109,7 @@ TEST(BulkPaceTest, NobodyIsPacedWhereNobodyOperates) {
   Sender sender;
   EXPECT_NEAR(sender.Run(1, -1), kWanted, 0.01 * kWanted);
   sender.Run(2 * BulkPace::kPeriod, 0.001);
-  EXPECT_LT(sender.Run(1, 0.001), 3 * BulkPace::kLeast) << "grows by 5 % in 50 ms at most";
+  EXPECT_LT(sender.Run(1, 0.001), 3 * BulkPace::kMinRate) << "grows by 5 % in 50 ms at most";
   sender.Run(6, -1);
   EXPECT_NEAR(sender.Run(1, -1), kWanted, 0.01 * kWanted) << "6 s after the operator's last word";
 }
@@ -118,8 +118,8 @@ TEST(BulkPaceTest, WhoSendsLittleIsNotTheCauseOfAQueue) {
   Sender sender;
   sender.Run(3, 0.001);
   const double rate = sender.Run(0.2, 0.001);
-  ASSERT_GT(rate, 5 * BulkPace::kLeast);
-  sender.Run(2, 0.1, 0.9 * BulkPace::kLeast);
+  ASSERT_GT(rate, 5 * BulkPace::kMinRate);
+  sender.Run(2, 0.1, 0.9 * BulkPace::kMinRate);
   EXPECT_GT(sender.Run(0.2, 0.001), 0.9 * rate);
   sender.Run(2, 0.1);
   EXPECT_LT(sender.Run(0.2, 0.1), 0.5 * rate);

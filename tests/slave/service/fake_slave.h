@@ -63,8 +63,8 @@ class FakeSlave : public Slave {
   void EndOperating() override;
   SlaveState Compose(Time now) override;
   Events TakeEvents() override { return estimate_.TakeEvents(); }
-  bool WaitForNewer(Time sensed_at, std::chrono::milliseconds patience) override {
-    return estimate_.WaitForNewer(sensed_at, patience);
+  bool WaitForNewer(Time sensed_at, std::chrono::milliseconds timeout) override {
+    return estimate_.WaitForNewer(sensed_at, timeout);
   }
   SlaveDescription Describe() const override;
   SlaveStatus Status() const override;

@@ -168,7 +168,7 @@ TEST_F(WatchTest, FewEncodedImagesAreKeptAndThoseOfTheNewestSampleAlone) {
   const auto kept = [&] {
     return std::ranges::count_if(images, [](const auto& image) { return !image.expired(); });
   };
-  EXPECT_EQ(kept(), TeleoperationService::kMostEncoded);
+  EXPECT_EQ(kept(), TeleoperationService::kMaxEncoded);
   slave.TakeSample();
   const auto newest = service.Encoded(slave.Compose(Clock::now()).sensed_at, true, 50);
   ASSERT_TRUE(newest);

@@ -30,7 +30,7 @@ cv::Mat Displaced(const cv::Mat& image, int down) {
 SimulatedDevices::SimulatedDevices(Scene scene, Slave* slave)
     : scene_(std::move(scene)), slave_(*slave), environment_(MakeSimulatedEnvironment(scene_)) {
   environment_->SolveAhead();
-  environment_->MoveTool(scene_.manipulator.home, Patience::kNone);
+  environment_->MoveTool(scene_.manipulator.home, WhenUnsolved::kUseNearest);
   drive_ = std::jthread([this](const std::stop_token& stop) { Drive(stop); });
   feed_ = std::jthread([this](const std::stop_token& stop) { FeedImages(stop); });
   const bool is_ready = Eventually([&] {
@@ -68,7 +68,7 @@ void SimulatedDevices::Drive(const std::stop_token& stop) {
     if (aim.motion == ArmAim::Motion::kFollow) {
       reading.p_S_tip += (1 - std::exp(-kPeriod / kLag)) * (aim.p_S_tip - reading.p_S_tip);
     }
-    environment_->MoveTool(reading.p_S_tip, Patience::kNone);
+    environment_->MoveTool(reading.p_S_tip, WhenUnsolved::kUseNearest);
     const Truth truth = environment_->truth();
     reading.force = truth.solved ? std::optional(truth.force) : std::nullopt;
     ++reading.sequence;

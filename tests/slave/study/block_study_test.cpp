@@ -40,10 +40,10 @@ Eigen::Vector3d PlaceOf(const json& params) {
   return {params.at("width_m"), middle, 0};
 }
 
-StudyResult Study(const Scene& scene, const Eigen::Vector3d& place, std::size_t most_dof) {
+StudyResult Study(const Scene& scene, const Eigen::Vector3d& place, std::size_t max_dof) {
   StudySettings settings;
   settings.timing_s = 0;
-  settings.limits.dense_dof = most_dof;
+  settings.limits.dense_dof = max_dof;
   settings.limits.families = {"bem2d constant", "bem2d linear"};
   settings.places = {place};
   return RunStudy(scene, settings, DefaultModelFactory());

@@ -10,9 +10,9 @@ namespace {
 constexpr double kLocks = 0.49;
 
 // A coarse patch is the weakest reason for a flag: other reasons replace it.
-bool MayTakeDoubt(const ContactResponse& response) {
+bool MayReplaceReason(const ContactResponse& response) {
   return response.validity == Validity::kValid ||
-         (response.validity == Validity::kExtrapolated && response.doubt == kCoarsePatch);
+         (response.validity == Validity::kExtrapolated && response.flag_reason == kCoarsePatch);
 }
 
 std::string_view RemarkOf(const RestStiffness& stiffness, double nu) {
@@ -74,9 +74,9 @@ void FemGreenModel::ComputeResponses(std::span<const Contact> contacts,
   failure_ = {};
   solver_.Respond(contacts, responses);
   for (auto& response : responses) {
-    if (locks_ && MayTakeDoubt(response)) {
+    if (locks_ && MayReplaceReason(response)) {
       response.validity = Validity::kExtrapolated;
-      response.doubt = "linear tetrahedra lock at this Poisson ratio";
+      response.flag_reason = "linear tetrahedra lock at this Poisson ratio";
     }
   }
   try {
@@ -91,10 +91,10 @@ void FemGreenModel::CheckBending(std::span<ContactResponse> responses) {
   if (!bending_.body_bends()) return;
   for (std::size_t k = 0; k < responses.size(); ++k) {
     ContactResponse& response = responses[k];
-    if (!MayTakeDoubt(response)) continue;
-    if (!(Softness(solver_.slots()[k], response.force_O) > kMostSoftness)) continue;
+    if (!MayReplaceReason(response)) continue;
+    if (!(Softness(solver_.slots()[k], response.force_O) > kMaxSoftness)) continue;
     response.validity = Validity::kExtrapolated;
-    response.doubt = kStiffInBending;
+    response.flag_reason = kStiffInBending;
   }
 }
 

@@ -24,12 +24,12 @@ using Eigen::VectorXd;
 using Element = FemOptions::Element;
 
 constexpr int kAssembly = 2;  // rises whenever the same inputs give another matrix
-constexpr double kLargestNu4 = 0.499;
+constexpr double kMaxNu4 = 0.499;
 constexpr double kResidual = 1e-12;  // of a solution with pressure, relative
-constexpr int kMostRefinements = 8;
+constexpr int kMaxRefinements = 8;
 
 void RequirePoissonRatio(double nu, Element element) {
-  const double largest = element == Element::kTet4 ? kLargestNu4 : 0.5;
+  const double largest = element == Element::kTet4 ? kMaxNu4 : 0.5;
   if (nu > -1 && nu <= largest) return;
   RefuseValue(
       "poisson_ratio", nu,
@@ -166,7 +166,7 @@ void RestFactor::Solve(Eigen::Ref<MatrixXd> columns) {
   const MatrixXd right = columns;
   MatrixXd left = right;
   columns.setZero();
-  for (int k = 0; k < kMostRefinements && left.norm() > kResidual * right.norm(); ++k) {
+  for (int k = 0; k < kMaxRefinements && left.norm() > kResidual * right.norm(); ++k) {
     mixed_->Solve(left);
     columns += left;
     left = right - K * columns;

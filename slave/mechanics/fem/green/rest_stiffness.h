@@ -27,7 +27,7 @@ struct RestStiffness {
   // Symmetric, the lower triangle: positive definite without pressure, else indefinite.
   Eigen::SparseMatrix<double> lower;
   // The stiffness with pressure, compressible enough to be factored without pivoting
-  // (ElasticBody::kLeastCompressibility); empty without pressure.
+  // (ElasticBody::kMinCompressibility); empty without pressure.
   Eigen::SparseMatrix<double> regularised;
   std::vector<std::array<int, 3>> row;  // per node and component; -1: fixed, or in no tetrahedron
   HeldNodes held;                       // per node of the mesh and component

@@ -209,7 +209,7 @@ void ElasticBody::AddTangents(const VectorXd& x, const Tangent& tangent, bool re
   for (int e = 0; e < mesh_.element_count(); ++e) {
     const Local<kNodes> local = Gather<kNodes>(x, e);
     const double own = law_.compressibility() / local.modulus;
-    const double c = regularised ? std::max(own, kLeastCompressibility) : own;
+    const double c = regularised ? std::max(own, kMinCompressibility) : own;
     Stiffness<kNodes> stiffness;
     // Between displacements and pressures; columns are the latter.
     Eigen::Matrix<double, 3 * kNodes, 4> coupling = Eigen::Matrix<double, 3 * kNodes, 4>::Zero();

@@ -28,10 +28,10 @@ class ElasticBody {
   // W alone.
   [[nodiscard]] double Energy(const Eigen::VectorXd& x) const;
   // Adds the second derivatives of W. `regularised` replaces 1 / k by at least
-  // kLeastCompressibility in the rows of the pressure, so that the matrix can be factored.
+  // kMinCompressibility in the rows of the pressure, so that the matrix can be factored.
   void AddTangent(const Eigen::VectorXd& x, const Tangent& tangent, bool regularised,
                   SparseMatrix* matrix) const;
-  static constexpr double kLeastCompressibility = 1e-5;
+  static constexpr double kMinCompressibility = 1e-5;
 
   // Integral over the body of the shape function of every vertex's pressure times g.
   void VolumeChange(const Eigen::VectorXd& x, Eigen::VectorXd* change) const;

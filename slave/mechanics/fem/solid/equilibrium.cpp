@@ -11,18 +11,18 @@ namespace {
 
 using Eigen::VectorXd;
 
-constexpr int kMostSteps = 60;  // of Newton's method
-constexpr int kMostRefinements = 60;
-constexpr int kMostHalvings = 40;
-constexpr double kLeastRemoved = 1.0 / 64;  // of negative curvature, if any
-constexpr double kVolume = 1e-8;            // change of volume by displacement that counts as zero
+constexpr int kMaxSteps = 60;  // of Newton's method
+constexpr int kMaxRefinements = 60;
+constexpr int kMaxHalvings = 40;
+constexpr double kMinRemoved = 1.0 / 64;  // of negative curvature, if any
+constexpr double kVolume = 1e-8;          // change of volume by displacement that counts as zero
 constexpr double kArmijo = 1e-4;
 constexpr double kRounding = 1e-14;   // of energies and forces
 constexpr double kStartShare = 1e-6;  // of the initial forces, as a scale of the residual
 constexpr int kRowRefinements = 8;
-constexpr double kMostForcing = 1e-2;  // of the residual, left by one iterated step
-constexpr double kAim = 1e-2;          // of the requested residual, where steps are iterated
-constexpr double kTight = 1e-11;       // residual that one direct solve reaches
+constexpr double kMaxForcing = 1e-2;  // of the residual, left by one iterated step
+constexpr double kAim = 1e-2;         // of the requested residual, where steps are iterated
+constexpr double kTight = 1e-11;      // residual that one direct solve reaches
 
 // Returns whether fixed unknowns and points are at their prescribed values.
 bool Feasible(const Balance& balance, const VectorXd& x) {
@@ -194,8 +194,8 @@ bool Equilibrium::FactorTangent(const Balance& balance, const VectorXd& x, const
 // Relative residual of a linear solve that suffices for the next step of Newton's method.
 double Equilibrium::Accuracy() const {
   if (linear()) return 0.1 * options_.residual;
-  const double enough = std::min(kMostForcing, kAim * options_.residual / relative_);
-  return std::max(std::min(kMostForcing, relative_), enough);
+  const double enough = std::min(kMaxForcing, kAim * options_.residual / relative_);
+  return std::max(std::min(kMaxForcing, relative_), enough);
 }
 
 // Newton's step with a tangent that has as many negative curvatures as free pressures, so that it
@@ -221,12 +221,12 @@ bool Equilibrium::Prepare(Balance* balance, const VectorXd& x, bool first) {
     return Direction(balance, x, first);
   };
   if (linear() || options_.one_solve) return stepped(linear() ? kExactTangent : kWarpedTangent);
-  if (!raised_) removed_ = removed_ > kLeastRemoved ? removed_ / 4 : 0;
+  if (!raised_) removed_ = removed_ > kMinRemoved ? removed_ / 4 : 0;
   raised_ = false;
   while (!stepped({removed_, false})) {
     const bool stopped = options_.progress != nullptr && options_.progress->stopped();
     if (stopped || removed_ >= 1 || (factored_ && !solver_.indefinite())) return false;
-    removed_ = std::min(1.0, std::max(4 * removed_, kLeastRemoved));
+    removed_ = std::min(1.0, std::max(4 * removed_, kMinRemoved));
     raised_ = !solver_.is_direct();
   }
   return true;
@@ -293,7 +293,7 @@ bool Equilibrium::Search(const Balance& balance, double slope, VectorXd* x) {
   const double rounding = kRounding * (std::abs(energy_) + std::abs(balance.force.dot(*x)));
   const bool began_inverted = body_.FindJacobians(*x).inverted > 0;
   double length = 1;
-  for (int i = 0; i < kMostHalvings; ++i, length *= 0.5) {
+  for (int i = 0; i < kMaxHalvings; ++i, length *= 0.5) {
     trial_ = *x + length * step_;
     if (pressure_) pressure_->Update(&trial_);
     const double energy = Potential(balance, trial_);
@@ -334,7 +334,7 @@ bool Equilibrium::KeepsVolume(const VectorXd& x) {
 
 bool Equilibrium::Iterate(Balance* balance, VectorXd* x) {
   const bool counted = options_.one_solve && !linear();
-  const int most = counted ? 1 : linear() ? kMostRefinements : kMostSteps;
+  const int most = counted ? 1 : linear() ? kMaxRefinements : kMaxSteps;
   // Where a step is solved approximately, further digits are cheap.
   const double goal = linear() && solver_.is_direct()   ? std::min(kTight, options_.residual)
                       : linear() || solver_.is_direct() ? options_.residual

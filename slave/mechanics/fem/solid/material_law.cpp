@@ -14,9 +14,9 @@ namespace {
 using Eigen::Matrix3d;
 using Eigen::Vector3d;
 
-constexpr double kLeastStretchSum = 1e-9;  // where a rotation is no longer defined
-constexpr double kLeastStretch = 1e-3;     // of Ogden's tangent
-constexpr double kEqualStretches = 1e-6;   // relative: their quotient becomes a derivative
+constexpr double kMinStretchSum = 1e-9;   // where a rotation is no longer defined
+constexpr double kMinStretch = 1e-3;      // of Ogden's tangent
+constexpr double kEqualStretches = 1e-6;  // relative: their quotient becomes a derivative
 
 Matrix3d CofactorOf(const Matrix3d& F) {
   Matrix3d cofactor;
@@ -139,7 +139,7 @@ MaterialLaw::Point MaterialLaw::At(const Matrix3d& H) const {
 // two axes is the difference quotient of their stresses, what resists a rotation that of their sum.
 MaterialLaw::Principal MaterialLaw::OgdenPrincipalAt(const Vector3d& stretches, double p,
                                                      double bulk) const {
-  const Vector3d s = stretches.cwiseMax(kLeastStretch);
+  const Vector3d s = stretches.cwiseMax(kMinStretch);
   const auto [slope, curvature] = ogden_.At(s);
   const Vector3d area(s[1] * s[2], s[0] * s[2], s[0] * s[1]);
   Principal principal;
@@ -165,7 +165,7 @@ MaterialLaw::Principal MaterialLaw::PrincipalAt(const Vector3d& s, double p, dou
     principal.along = 2 * mu_ * Matrix3d::Identity() + Matrix3d::Constant(bulk);
     principal.flip.setConstant(2 * mu_);
     for (int i = 0; i < 3; ++i) {
-      const double sum = std::max(s[First(i)] + s[Second(i)], kLeastStretchSum);
+      const double sum = std::max(s[First(i)] + s[Second(i)], kMinStretchSum);
       principal.twist[i] = 2 * mu_ + 2 * (p - 2 * mu_) / sum;
     }
     if (tangent.warped) principal.twist.setZero();

@@ -11,8 +11,8 @@ using Eigen::VectorXd;
 
 constexpr double kBalanced = 1e-6;       // work of loads on free motions over all work
 constexpr double kStillBalanced = 1e-3;  // force on pins over loads, once deformed
-constexpr double kLeastPart = 1.0 / 64;  // of a load that is applied at once
-constexpr int kMostSteps = 300;          // of Newton's method for one answer, all parts together
+constexpr double kMinPart = 1.0 / 64;    // of a load that is applied at once
+constexpr int kMaxSteps = 300;           // of Newton's method for one answer, all parts together
 
 }  // namespace
 
@@ -80,7 +80,7 @@ bool SolidStatics::SolveInParts(SolidState* state) {
       continue;
     }
     part /= 2;
-    if (progress_.stopped() || part < kLeastPart || newton_steps_ > kMostSteps || linear_) {
+    if (progress_.stopped() || part < kMinPart || newton_steps_ > kMaxSteps || linear_) {
       return false;
     }
   }

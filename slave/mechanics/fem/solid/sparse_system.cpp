@@ -15,10 +15,10 @@ namespace {
 
 using Eigen::VectorXd;
 
-constexpr int kMostIterations = 20'000;  // of conjugate gradients
-constexpr int kMostRestarts = 4;
-constexpr double kGridsWorth = 10;    // iterations that a new preconditioner must save
-constexpr int kPatience = 200;        // iterations before a factor is tried instead
+constexpr int kMaxIterations = 20'000;  // of conjugate gradients
+constexpr int kMaxRestarts = 4;
+constexpr double kGridsWorth = 10;            // iterations that a new preconditioner must save
+constexpr int kIterationsBeforeFactor = 200;  // iterations before a factor is tried instead
 constexpr double kFactorSpeed = 600;  // its operations in the time an iteration takes per block
 
 // Neighbours of every node, itself included, rising.
@@ -219,7 +219,7 @@ struct SymmetricSolver::Iterative {
   // Restarted from the true residual until that one, not the recurrence, is small.
   Outcome Solve(const VectorXd& b, double goal, int most, long* iterations,
                 fem::SearchProgress* progress) {
-    for (int restart = 0; restart < kMostRestarts; ++restart) {
+    for (int restart = 0; restart < kMaxRestarts; ++restart) {
       Load(b, &r);
       matrix.Multiply(x, Ad);
       fem::Add(-1, Ad, r);
@@ -269,7 +269,7 @@ SymmetricSolver::SymmetricSolver(const SparseMatrix& pattern, const Limits& limi
   iterative_ = std::make_unique<Iterative>(pattern, points);
   const auto worth = flops / (kFactorSpeed * iterative_->pattern.blocks());
   if (fits) {
-    worth_ = kPatience + static_cast<int>(worth);
+    worth_ = kIterationsBeforeFactor + static_cast<int>(worth);
   } else {
     factor_.reset();
   }
@@ -301,7 +301,7 @@ bool SymmetricSolver::Factorize(const SparseMatrix& matrix, bool definite,
 bool SymmetricSolver::Solve(const VectorXd& b, double tolerance, VectorXd* x) {
   if (!direct_) {
     using Outcome = Iterative::Outcome;
-    const int most = worth_ > 0 ? worth_ : kMostIterations;
+    const int most = worth_ > 0 ? worth_ : kMaxIterations;
     Iterative::Load(*x, &iterative_->x);
     const long before = iterations_;
     const Outcome outcome =

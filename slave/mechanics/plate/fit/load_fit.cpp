@@ -21,17 +21,17 @@ constexpr int kIterations = 40;
 constexpr double kDifference = 1e-4;  // of the derivatives: radii, share of the force
 constexpr double kConverged = 1e-3;   // step by its standard deviation
 constexpr double kSmallStep = 0.02;   // radii, share of the force: derivatives may stay
-constexpr double kDamping = 1e-3, kMostDamping = 1e8;
-constexpr double kGoodFit = 3;          // residual that a start from the last answer must reach
-constexpr double kInwards = 0.6;        // of a second start
-constexpr double kSignificant = 25;     // misfit that the load must explain: five sigma squared
-constexpr double kTrusted = 0.7;        // a residual below it says that the sigmas are too large
-constexpr int kTelling = 10;            // degrees of freedom from which on it does
-constexpr double kLeastResidual = 0.1;  // by which sigmas may be too large
-constexpr double kBarely = 0.5;         // of kSignificant: by the small-deflection shape alone
-constexpr double kFaint = 4;            // times kSignificant: the place may be open
-constexpr double kFaintInside = 0.7;    // where such a load is taken to be [radii]
-constexpr double kVague = 0.25;         // standard deviation of a place not known [radii]
+constexpr double kDamping = 1e-3, kMaxDamping = 1e8;
+constexpr double kGoodFit = 3;        // residual that a start from the last answer must reach
+constexpr double kInwards = 0.6;      // of a second start
+constexpr double kSignificant = 25;   // misfit that the load must explain: five sigma squared
+constexpr double kTrusted = 0.7;      // a residual below it says that the sigmas are too large
+constexpr int kMinFreedom = 10;       // degrees of freedom from which on it does
+constexpr double kMinResidual = 0.1;  // by which sigmas may be too large
+constexpr double kBarely = 0.5;       // of kSignificant: by the small-deflection shape alone
+constexpr double kFaint = 4;          // times kSignificant: the place may be open
+constexpr double kFaintInside = 0.7;  // where such a load is taken to be [radii]
+constexpr double kVague = 0.25;       // standard deviation of a place not known [radii]
 constexpr std::string_view kNothing = "no load exceeds the noise";
 constexpr int kFineSteps = 3;
 constexpr double kFineConverged = 0.05;  // step by its standard deviation
@@ -43,8 +43,8 @@ constexpr double kRigidRim = 0.05;
 
 // A residual below one says that the sigmas are too large by so much, if enough points say it.
 double SigmaScale(double residual, int freedom) {
-  if (freedom < kTelling) return 1;
-  return std::clamp(residual / kTrusted, kLeastResidual / kTrusted, 1.0);
+  if (freedom < kMinFreedom) return 1;
+  return std::clamp(residual / kTrusted, kMinResidual / kTrusted, 1.0);
 }
 
 // The place, or the nearest one at most `margin` from the centre [radii].
@@ -84,8 +84,8 @@ LoadFit LoadFitter::Fit(std::span<const Vector2d> p_O, std::span<const double> d
       search_.Best(values_, weights_, rim_ == Rim::kStays ? nullptr : &rims_.columns(), 1);
   const double unexplained = std::max(0.0, values_.squaredNorm() - seek.explained);
   fit.residual = std::sqrt(unexplained / Freedom());
-  const double doubt = SigmaScale(fit.residual, Freedom());
-  fit.nothing = seek.explained < kBarely * kSignificant * doubt * doubt;
+  const double sigma_scale = SigmaScale(fit.residual, Freedom());
+  fit.nothing = seek.explained < kBarely * kSignificant * sigma_scale * sigma_scale;
   if (fit.nothing) {
     last_.reset();
     fit.reason = kNothing;
@@ -106,7 +106,7 @@ LoadFit LoadFitter::Fit(std::span<const Vector2d> p_O, std::span<const double> d
   }
   const bool known = found && fit.validity != Validity::kFailed;
   last_ = known ? std::optional(coarse) : std::nullopt;
-  const bool faint = seek.explained < kFaint * kSignificant * doubt * doubt;
+  const bool faint = seek.explained < kFaint * kSignificant * sigma_scale * sigma_scale;
   const bool placed = known && !(faint && guess.place.norm() > kFaintInside);
   if (placed || fit.nothing) return fit;
   if (faint && FitFaint(&fit)) return fit;
@@ -283,7 +283,7 @@ bool LoadFitter::Descend(Guess* guess, LoadFit* fit) noexcept {
 // True: better than before, and the plate is pressed so.
 bool LoadFitter::Step(const Eigen::Matrix3d& normal, double* damping, Guess* guess) noexcept {
   const Eigen::Vector3d slope = by_.transpose() * misfit_;
-  for (; *damping < kMostDamping; *damping *= 10) {
+  for (; *damping < kMaxDamping; *damping *= 10) {
     Eigen::Matrix3d damped = normal;
     damped.diagonal() *= 1 + *damping;
     const Eigen::Vector3d step = damped.ldlt().solve(slope);
@@ -366,15 +366,15 @@ Eigen::Vector3d LoadFitter::RimMotion() noexcept {
 void LoadFitter::FillResult(const Guess& guess, LoadFit* fit) noexcept {
   const double a = plate_.radius();
   const double explained = values_.squaredNorm() - misfit_.squaredNorm();
-  const double doubt = SigmaScale(fit->residual, Freedom());
+  const double sigma_scale = SigmaScale(fit->residual, Freedom());
   const Eigen::Matrix3d normal = by_.transpose() * by_;
   const Eigen::Vector3d unit(a, a, force_unit_);
   fit->p_O = a * guess.place;
   fit->force = guess.force;
   fit->covariance = unit.asDiagonal() * normal.inverse() * unit.asDiagonal();
-  const double vague = doubt * std::sqrt(fit->covariance.topLeftCorner<2, 2>().trace()) / a;
+  const double vague = sigma_scale * std::sqrt(fit->covariance.topLeftCorner<2, 2>().trace()) / a;
   fit->rim_motion = RimMotion();
-  if (explained < kSignificant * doubt * doubt) {
+  if (explained < kSignificant * sigma_scale * sigma_scale) {
     fit->nothing = true;
     fit->reason = kNothing;
   } else if (guess.place.norm() > margin_ - kRim) {

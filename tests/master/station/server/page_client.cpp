@@ -15,9 +15,9 @@ namespace palpate {
 
 PageClient::PageClient(const Endpoint& server, const Window& window)
     : socket_(socket(AF_INET, SOCK_STREAM, 0)) {
-  const timeval patience{30, 0};
-  setsockopt(socket_, SOL_SOCKET, SO_RCVTIMEO, &patience, sizeof patience);
-  setsockopt(socket_, SOL_SOCKET, SO_SNDTIMEO, &patience, sizeof patience);
+  const timeval timeout{30, 0};
+  setsockopt(socket_, SOL_SOCKET, SO_RCVTIMEO, &timeout, sizeof timeout);
+  setsockopt(socket_, SOL_SOCKET, SO_SNDTIMEO, &timeout, sizeof timeout);
   const auto set = [this](int level, int name, int value) {
     if (value > 0) setsockopt(socket_, level, name, &value, sizeof value);
   };

@@ -73,7 +73,7 @@ TEST(ExtrudedModel, IsAsStiffAsBricksInSpace) {
                         "width: " + std::to_string(100 * at.width) +
                             " mm, depth: " + std::to_string(100 * at.depth) + " mm" + place));
     const ContactResponse response = block.Press(0.1 * at.x, 0.1, 1e-3);
-    ASSERT_EQ(response.validity, Validity::kValid) << response.doubt;
+    ASSERT_EQ(response.validity, Validity::kValid) << response.flag_reason;
     const double force = 1e4 * 0.1 * 1e-3 * at.stiffness;
     EXPECT_NEAR(-response.force_O.y() / force, 1, 0.03) << "T/W " << at.thickness;
   }

@@ -39,7 +39,7 @@ TEST(FemModel, APointThatLiesMostlyOnASupportIsFlagged) {
   EXPECT_EQ(Respond(model, {Move({0.06, 0.032, 0.012}, d)}).front().validity, Validity::kValid);
   const auto low = Respond(model, {Move({0.06, 0.032, 0.0015}, d)}).front();
   EXPECT_EQ(low.validity, Validity::kExtrapolated);
-  EXPECT_EQ(low.doubt, kOnSupport);
+  EXPECT_EQ(low.flag_reason, kOnSupport);
 }
 
 // Law: the linear law's force is in proportion to the displacement, however few digits a residual
@@ -138,7 +138,7 @@ TEST(FemModel, ThreadsDoNotChangeABit) {
 TEST(FemModel, SwingsTheSameWithFactorsThatAge) {
   const SolidMesh mesh = Block(6);
   const auto held = FixedWhere(mesh, [](const Vector3d& p) { return p.x() < 1e-9; });
-  const auto swing = [&](double residual, double* most_iterations) {
+  const auto swing = [&](double residual, double* max_iterations) {
     auto params = solids::Foam();
     params.options.time = FemOptions::Time::kDynamic;
     params.options.residual = residual;
@@ -152,7 +152,7 @@ TEST(FemModel, SwingsTheSameWithFactorsThatAge) {
       model.Respond(contacts, responses);
       EXPECT_LE(model.residual(), residual) << "step " << step;
       const double iterations = model.stepper()->last_solve().iterations;
-      *most_iterations = std::max(*most_iterations, iterations);
+      *max_iterations = std::max(*max_iterations, iterations);
     }
     EXPECT_EQ(AllocationCount(), before);
     return responses[0].displacement_O;

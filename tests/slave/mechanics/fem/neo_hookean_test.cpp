@@ -207,13 +207,13 @@ TEST(NeoHookeanModel, ADeadlineEndsTheStepsAndFlagsTheAnswer) {
   const auto expected = contacts::Respond(converged, contacts).front();
   auto answer = contacts::Respond(model, contacts).front();
   EXPECT_EQ(answer.validity, Validity::kExtrapolated) << model.failure();
-  EXPECT_THAT(answer.doubt, testing::HasSubstr("deadline"));
+  EXPECT_THAT(answer.flag_reason, testing::HasSubstr("deadline"));
   EXPECT_LE(model.newton_steps(), 1);
   auto patient = Organ(1e-8);
   patient.deadline = 60;
   FemModel unhurried(mesh, OnFloor(mesh), patient);
   answer = contacts::Respond(unhurried, contacts).front();
-  EXPECT_EQ(answer.validity, Validity::kValid) << answer.doubt;
+  EXPECT_EQ(answer.validity, Validity::kValid) << answer.flag_reason;
   EXPECT_LT((answer.force_O - expected.force_O).norm(), 1e-5 * expected.force_O.norm());
 }
 
@@ -229,7 +229,7 @@ TEST(NeoHookeanModel, OnADrivenClockNoDeadlineEndsASearch) {
     const std::vector<Contact> contacts{Disc(0.5, 0.5, {0, 0, -depth})};
     const auto answer = contacts::Respond(with, contacts).front();
     const auto expected = contacts::Respond(without, contacts).front();
-    EXPECT_EQ(answer.validity, Validity::kValid) << answer.doubt;
+    EXPECT_EQ(answer.validity, Validity::kValid) << answer.flag_reason;
     EXPECT_EQ(answer.force_O, expected.force_O) << 1e3 * depth << " mm";
   }
 }
@@ -282,7 +282,7 @@ TEST(NeoHookeanModel, ReturningToExactlyZeroTakesFewSteps) {
     pressed = contacts::Respond(model, {Disc(0.5, 0.5, {0, 0, -depth})}).front().force_O.norm();
   }
   const auto answer = contacts::Respond(model, {Disc(0.5, 0.5, {0, 0, 0})}).front();
-  EXPECT_EQ(answer.validity, Validity::kValid) << answer.doubt;
+  EXPECT_EQ(answer.validity, Validity::kValid) << answer.flag_reason;
   EXPECT_LT(answer.force_O.norm(), 1e-6 * pressed);
   EXPECT_LE(model.newton_steps(), 10);
 }

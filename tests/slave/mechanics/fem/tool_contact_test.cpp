@@ -269,7 +269,7 @@ TEST(ToolRefusals, SayWhatIsExpected) {
   EXPECT_THAT(floating.failure(), HasSubstr("expected an object that supports hold"));
   auto params = Rough(kSphere, 0.3, 0.3);
   FemModel coarse(slab.mesh, slab.held, params);
-  EXPECT_EQ(MoveTo(&coarse, &contact, {0, 0, -0.0005}).doubt, kCoarsePatch);
+  EXPECT_EQ(MoveTo(&coarse, &contact, {0, 0, -0.0005}).flag_reason, kCoarsePatch);
   params.options.time = FemOptions::Time::kDynamic;
   params.options.law = Law::kCorotational;
   params.material.density = 1000;

@@ -68,8 +68,8 @@ TEST(FemGreenModel, ABodyFromAFullCacheNeedsNoFactor) {
           EXPECT_NE(expected.validity, Validity::kFailed) << computed.failure();
           EXPECT_EQ(got.force_O, expected.force_O);
           EXPECT_EQ(got.validity, expected.validity);
-          EXPECT_EQ(got.doubt, expected.doubt);
-          bends = bends || got.doubt == kStiffInBending;
+          EXPECT_EQ(got.flag_reason, expected.flag_reason);
+          bends = bends || got.flag_reason == kStiffInBending;
         }
       }
       EXPECT_EQ(bends, thickness < 0.05 && element == Element::kTet4);
@@ -89,7 +89,7 @@ TEST(FemGreenModel, TheCacheOfAnotherWidthIsNotTaken) {
   EXPECT_TRUE(other.columns().has_factor()) << "not first at a contact";
   FemGreenModel computed = ModelOf(body);
   const Contact pull = Move(body.mesh.nodes.back(), {1e-4, 0, 0});
-  EXPECT_EQ(Answer(other, pull).doubt, Answer(computed, pull).doubt);
+  EXPECT_EQ(Answer(other, pull).flag_reason, Answer(computed, pull).flag_reason);
 }
 
 // Law: an answer depends on the contact, not on what was touched before.
@@ -101,11 +101,11 @@ TEST(FemGreenModel, WhatTouchedFirstDoesNotDecideTheFlag) {
   std::vector<std::string_view> expected;
   for (const Contact& contact : contacts) {
     FemGreenModel model = ModelOf(body);
-    expected.push_back(Answer(model, contact).doubt);
+    expected.push_back(Answer(model, contact).flag_reason);
   }
   FemGreenModel model = ModelOf(body);
   for (const std::size_t i : {2U, 1U, 0U, 1U, 2U, 0U}) {
-    EXPECT_EQ(Answer(model, contacts[i]).doubt, expected[i]) << i;
+    EXPECT_EQ(Answer(model, contacts[i]).flag_reason, expected[i]) << i;
   }
 }
 
@@ -204,7 +204,7 @@ TEST(FemGreenTenNodes, ForceOnAPressedCubeIsThatOfAFineMesh) {
     SolidModel fine(of_half_edges.mesh, of_half_edges.held, params);
     const Contact press = Move({0.5, 0.5, 1}, {0, 0, -1e-3}, 3);
     const ContactResponse is = Answer(model, press), should = Answer(fine, press);
-    EXPECT_EQ(is.validity, Validity::kValid) << nu << " " << is.doubt;
+    EXPECT_EQ(is.validity, Validity::kValid) << nu << " " << is.flag_reason;
     EXPECT_NEAR(is.force_O.z() / should.force_O.z(), 1, 0.02) << nu;
   }
 }

@@ -184,7 +184,7 @@ TEST_F(Block2d, ATouchThatTheMeshCannotShowIsNotValidAndAnAbsentOneHasNoForce) {
   Solution solution;
   const ContactResponse shallow = tool.Press(At(1e-4), model, &solution);
   EXPECT_EQ(shallow.validity, Validity::kExtrapolated);
-  EXPECT_FALSE(shallow.doubt.empty());
+  EXPECT_FALSE(shallow.flag_reason.empty());
   const ContactResponse away = tool.Press(At(-0.01), model, &solution);
   EXPECT_EQ(away.validity, Validity::kValid);
   EXPECT_EQ(away.force_O.norm(), 0);

@@ -205,7 +205,7 @@ TEST(PlateLargeModel, SmallLoadsAreAnsweredOrFlaggedAtEverySize) {
           if (r.validity != Validity::kValid) {
             EXPECT_LT(value, 1e-285);
             if (r.validity == Validity::kExtrapolated) {
-              EXPECT_THAT(std::string(r.doubt), HasSubstr("numerical precision"));
+              EXPECT_THAT(std::string(r.flag_reason), HasSubstr("numerical precision"));
             }
             continue;
           }

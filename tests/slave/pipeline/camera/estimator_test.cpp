@@ -39,7 +39,7 @@ class EstimatorTest : public ::testing::Test {
   // The block's vertices in S [m] with the tool's tip at (x, y). The contact began where the tip
   // first was below the top.
   [[nodiscard]] std::vector<Eigen::Vector2d> Block(double x, double y) {
-    const bool pressed = dents_ && y < 0.088 && x > 0.003 && x < 0.085;
+    const bool pressed = indents_ && y < 0.088 && x > 0.003 && x < 0.085;
     if (!pressed) entry_.reset();
     if (pressed && !entry_) entry_ = x;
     std::vector<Eigen::Vector3d> u(mesh_.elements.size(), Eigen::Vector3d::Zero());
@@ -95,7 +95,7 @@ class EstimatorTest : public ::testing::Test {
   BoundaryMesh mesh_;
   std::unique_ptr<DeformationModel> model_;
   std::optional<double> entry_;  // where the tool came in [m]
-  bool dents_ = true;            // false: a press does not deform the block
+  bool indents_ = true;          // false: a press does not deform the block
   std::uint64_t sequence_ = 0;
 };
 
@@ -256,7 +256,7 @@ TEST_F(EstimatorTest, BeyondTheModelsRangeTheForceIsMarkedExtrapolated) {
 
 // The tip alone would give 1.4 N. Nothing is deformed, so nothing presses.
 TEST_F(EstimatorTest, APressWithoutItsIndentationIsNotValid) {
-  dents_ = false;
+  indents_ = false;
   Estimator estimator = Make();
   for (const double y : {0.094, 0.090, 0.087, 0.085}) estimator.Estimate(Draw(0.044, y));
   EXPECT_NE(estimator.estimate().validity, Validity::kValid);

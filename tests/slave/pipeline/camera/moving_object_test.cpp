@@ -42,7 +42,8 @@ class CarriedSite final : public SimulatedEnvironment {
     object_ = object;
     site_.MoveTool(p_S_tip_ - object_);
   }
-  void MoveTool(const Vector3d& p_S_tip, Patience /*when_unsolved*/ = Patience::kWaits) override {
+  void MoveTool(const Vector3d& p_S_tip,
+                WhenUnsolved /*when_unsolved*/ = WhenUnsolved::kWait) override {
     p_S_tip_ = p_S_tip;
     site_.MoveTool(p_S_tip_ - object_);
   }

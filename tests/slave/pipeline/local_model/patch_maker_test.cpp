@@ -118,7 +118,7 @@ class WallSense final : public SensingPipeline {
 
   bool Acquire(const std::stop_token&) override { return false; }
   void Process() noexcept override {}
-  std::string_view doubt() const override { return {}; }
+  std::string_view flag_reason() const override { return {}; }
   std::optional<OverlaidImage> Image(double) const override { return std::nullopt; }
   TactileInbox* inbox() override { return nullptr; }
   ImageInbox* image_inbox() override { return nullptr; }

@@ -81,7 +81,7 @@ TEST_F(PointsRunTest, RecordedPairsTellForceAndPlace) {
   for (const char* stage : {"capture", "dots", "mechanics", "total"}) {
     EXPECT_TRUE(json["stages"].contains(stage)) << stage;
   }
-  const cv::Mat written = cv::imread((folder_ / "out/pictures/000018.jpg").string());
+  const cv::Mat written = cv::imread((folder_ / "out/images/000018.jpg").string());
   EXPECT_EQ(written.cols, 640);
   EXPECT_FALSE(cv::imread((folder_ / "out/frames/left/000018.png").string()).empty());
   EXPECT_FALSE(cv::imread((folder_ / "out/frames/right/000018.png").string()).empty());

@@ -59,7 +59,8 @@ TEST(TactileSite, WithoutWaitingAnUnsolvedContactIsTheNearestSolvedOne) {
   TactileSite site(CubeScene(), kCoarse);
   PressBy(&site, 2e-3);
   PressBy(&site, -1e-3);
-  site.MoveTool(site.home() + (site.gap() + 1.5e-3) * site.approach() + beside, Patience::kNone);
+  site.MoveTool(site.home() + (site.gap() + 1.5e-3) * site.approach() + beside,
+                WhenUnsolved::kUseNearest);
   const Truth nearest = site.truth();
   EXPECT_FALSE(nearest.solved) << "it waited";
   EXPECT_TRUE(nearest.in_contact);
@@ -68,7 +69,8 @@ TEST(TactileSite, WithoutWaitingAnUnsolvedContactIsTheNearestSolvedOne) {
   EXPECT_TRUE(solved.solved);
   EXPECT_NEAR(nearest.force.z(), solved.force.z(), 0.25 * solved.force.z());
   EXPECT_NEAR(nearest.depth, solved.depth, 0.1e-3);
-  site.MoveTool(site.home() + (site.gap() + 1.5e-3) * site.approach() + beside, Patience::kNone);
+  site.MoveTool(site.home() + (site.gap() + 1.5e-3) * site.approach() + beside,
+                WhenUnsolved::kUseNearest);
   EXPECT_TRUE(site.truth().solved);
   EXPECT_EQ(site.truth().force, solved.force);
 }

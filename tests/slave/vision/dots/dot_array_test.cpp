@@ -160,7 +160,7 @@ TEST(DotArray, CrowdsAndNonsenseAreAnsweredWithNobody) {
   const auto places = Places(Array31(), {});
   std::vector<int> picks;
   EXPECT_EQ(array.Identify({}, places, kAnyArea, &picks), 0);
-  EXPECT_EQ(picks, std::vector<int>(31, DotArray::kNobody));
+  EXPECT_EQ(picks, std::vector<int>(31, DotArray::kNoDot));
   std::mt19937 random(6);
   const Shuffled crowd = Shuffle({}, {}, 1000, random);
   array.Identify(crowd.dots, places, kAnyArea, &picks);

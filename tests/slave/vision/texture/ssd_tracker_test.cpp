@@ -110,9 +110,9 @@ TEST(SsdTrackerTest, WhatCannotBeIsRefusedAtOnce) {
   EXPECT_THROW(with([](SsdOptions& o) { o.window = 30; }), std::invalid_argument);
   EXPECT_THROW(with([](SsdOptions& o) { o.window = 7; }), std::invalid_argument);
   EXPECT_THROW(with([](SsdOptions& o) { o.levels = 0; }), std::invalid_argument);
-  EXPECT_THROW(with([](SsdOptions& o) { o.least_correlation = 1; }), std::invalid_argument);
+  EXPECT_THROW(with([](SsdOptions& o) { o.min_correlation = 1; }), std::invalid_argument);
   EXPECT_THROW(with([](SsdOptions& o) { o.refind_correlation = NAN; }), std::invalid_argument);
-  EXPECT_THROW(with([](SsdOptions& o) { o.most_return_miss = 0; }), std::invalid_argument);
+  EXPECT_THROW(with([](SsdOptions& o) { o.max_return_miss = 0; }), std::invalid_argument);
   EXPECT_THROW(with([](SsdOptions& o) { o.search_radius = -1; }), std::invalid_argument);
   EXPECT_THROW(SsdTracker(cv::Mat(), kAt, {}), std::invalid_argument);
   EXPECT_THROW(SsdTracker(cv::Mat::zeros(240, 320, CV_16U), kAt, {}), std::invalid_argument);

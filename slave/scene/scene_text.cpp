@@ -1,4 +1,4 @@
-#include "slave/scene/words.h"
+#include "slave/scene/scene_text.h"
 
 #include <algorithm>
 #include <cmath>
