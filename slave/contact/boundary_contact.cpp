@@ -14,6 +14,8 @@ namespace {
 constexpr int kLeafSize = 2;
 constexpr int kWatchedNeighbours = 4;  // on each side
 constexpr double kRounding = 1e-12;    // relative to the sizes at hand
+constexpr int kMaxSteps = 100;         // of the search for the first touch of a round end
+constexpr double kTouches = 1e-6;      // distance that ends it, in radii
 constexpr double kStartSlack = 1e-9;   // of the path: a start on the boundary, to rounding
 // Farther away than this many times the body's reach there is no tool, and squares of squares would
 // leave the numbers.
@@ -204,39 +206,74 @@ ElementPlace ObbTree::Nearest(const Eigen::Vector2d& p, int near) const noexcept
   return best.place;
 }
 
-// Out of contact so far, on the way from `from` to `to`.
-void BoundaryContact::Approach(const Eigen::Vector2d& from, const Eigen::Vector2d& to) noexcept {
-  const auto entry = tree_.FirstEntry(from, to);
-  const ElementPlace at = entry ? *entry : tree_.Nearest(to, place_.element);
-  place_ = {at.element, at.s, at.p_O, tree_.normal(at.element), 0};
-  place_.gap = GapOf(to);
-  in_contact_ = place_.gap < 0;  // without an entry: inside all the same, by rounding or from start
+// The element's normal; beside a corner, the direction from there to the centre of a round end.
+Eigen::Vector2d BoundaryContact::NormalTo(const Eigen::Vector2d& centre,
+                                          const ElementPlace& at) const noexcept {
+  const Eigen::Vector2d way = centre - at.p_O;
+  const bool is_outside = tree_.HeightOver(at.element, centre) > kRounding * tree_.reach();
+  return radius_ > 0 && is_outside ? way.normalized() : tree_.normal(at.element);
 }
 
-const BoundaryPlace& BoundaryContact::MoveTip(const Eigen::Vector2d& p_O_tip) noexcept {
+// Way of a round end along `path` until it touches, in parts of it: step by step as far as it
+// surely touches nothing. nullopt: it touches nothing.
+std::optional<double> BoundaryContact::WayToTouch(const Eigen::Vector2d& from,
+                                                  const Eigen::Vector2d& path) const noexcept {
+  double gone = 0;
+  for (int step = 0; step < kMaxSteps && gone < 1; ++step) {
+    const Eigen::Vector2d centre = from + gone * path;
+    const ElementPlace near = tree_.Nearest(centre, place_.element);
+    const double gap = (centre - near.p_O).norm() - radius_;
+    if (gap < kTouches * radius_ || tree_.HeightOver(near.element, centre) < 0) return gone;
+    gone += gap / path.norm();
+  }
+  return std::nullopt;
+}
+
+// The tool would touch at `at` when it is at `tool`; it has gone on to `to`.
+void BoundaryContact::Touch(const ElementPlace& at, const Eigen::Vector2d& tool,
+                            const Eigen::Vector2d& to) noexcept {
+  place_ = {at.element, at.s, at.p_O, NormalTo(tool, at), 0};
+  place_.gap = GapOf(to);
+  in_contact_ = place_.gap < 0;
+}
+
+// Out of contact so far, on the way from `from` to `to`.
+void BoundaryContact::Approach(const Eigen::Vector2d& from, const Eigen::Vector2d& to) noexcept {
+  in_contact_ = false;
+  if (radius_ == 0) {
+    if (const auto entry = tree_.FirstEntry(from, to)) Touch(*entry, to, to);
+  } else if (const auto way = WayToTouch(from, to - from)) {
+    const Eigen::Vector2d centre = from + *way * (to - from);
+    Touch(tree_.Nearest(centre, place_.element), centre, to);
+  }
+  // Without an entry: inside all the same, by rounding or from start.
+  if (!in_contact_) Touch(tree_.Nearest(to, place_.element), to, to);
+}
+
+const BoundaryPlace& BoundaryContact::Move(const Eigen::Vector2d& p_O) noexcept {
   const bool is_usable =
-      p_O_tip.allFinite() && p_O_tip.cwiseAbs().maxCoeff() <= kMaxDistance * tree_.reach();
+      p_O.allFinite() && p_O.cwiseAbs().maxCoeff() <= kMaxDistance * tree_.reach();
   if (!is_usable) return place_;
-  const Eigen::Vector2d from = last_tip_.value_or(p_O_tip);
-  last_tip_ = p_O_tip;
+  const Eigen::Vector2d from = last_.value_or(p_O);
+  last_ = p_O;
   if (!in_contact_) {
-    Approach(from, p_O_tip);
+    Approach(from, p_O);
     return place_;
   }
-  const double gap = GapOf(p_O_tip);
+  const double gap = GapOf(p_O);
   if (gap < 0) {
     place_.gap = gap;
     return place_;
   }
   // Out through the plane: the rest of the way may already lead in elsewhere.
-  const Eigen::Vector2d left_at = from + place_.gap / (place_.gap - gap) * (p_O_tip - from);
-  Approach(left_at, p_O_tip);
+  const Eigen::Vector2d left_at = from + place_.gap / (place_.gap - gap) * (p_O - from);
+  Approach(left_at, p_O);
   return place_;
 }
 
 void BoundaryContact::Reset() noexcept {
   place_ = BoundaryPlace();
-  last_tip_.reset();
+  last_.reset();
   in_contact_ = false;
 }
 

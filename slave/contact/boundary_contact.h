@@ -1,5 +1,7 @@
 // Contact of the tool with the boundary (paper A, 3.5): an OBB tree finds where the tip's path
-// crosses it, and a neighbourhood watch tracks the contact point. Planar; frame O [m].
+// crosses it, and a neighbourhood watch tracks the contact point. A round end is its centre and its
+// radius: it touches where the boundary is nearer to the centre than the radius. Planar; frame O
+// [m].
 #pragma once
 
 #include <optional>
@@ -86,35 +88,44 @@ struct BoundaryPlace {
   int element = -1;                // index into the mesh; -1: none
   double s = 0;                    // along the element [0, 1] from a to b
   Eigen::Vector2d p_O{0, 0};       // position of the point [m]
-  Eigen::Vector2d normal_O{0, 1};  // outward unit normal [-]
-  double gap = 0;  // signed distance of the tip along the normal [m]; negative: inside
+  Eigen::Vector2d normal_O{0, 1};  // outward unit normal [-]; to the centre of a round end
+  double gap = 0;  // signed distance of the tool's end along the normal [m]; negative: inside
 };
 
-// One tool tip's contact with one boundary.
+// One tool's contact with one boundary.
 class BoundaryContact {
  public:
-  // Copies all that it needs. Throws std::invalid_argument: fewer than three elements.
-  explicit BoundaryContact(const BoundaryMesh& mesh) : tree_(mesh) {}
+  // Copies all that it needs. `radius` of the tool's end [m]; 0: its tip is a point. Throws
+  // std::invalid_argument: fewer than three elements.
+  BoundaryContact(const BoundaryMesh& mesh, double radius) : tree_(mesh), radius_(radius) {}
 
-  // Moves the tip to `p_O_tip` and returns the contact point, or the nearest point while out of
-  // contact. Contact begins where the path from the last tip crosses the boundary inwards. It stays
-  // at this point (bonded) until the tip crosses the plane of the point outwards. The first call
-  // only sets the tip; a first tip inside is in contact at the nearest point. Not finite: nothing
+  // Moves the tip, or the centre of a round end, to `p_O` and returns the contact point, or the
+  // nearest point while out of contact. Contact begins where the path from the last tip crosses the
+  // boundary inwards, or where a round end touches first on its path. It stays at this point
+  // (bonded) until the tool crosses the plane of the point outwards. The first call only sets the
+  // tip; a tool that is inside at first is in contact at the nearest point. Not finite: nothing
   // changes. No allocation.
-  const BoundaryPlace& MoveTip(const Eigen::Vector2d& p_O_tip) noexcept;
+  const BoundaryPlace& Move(const Eigen::Vector2d& p_O) noexcept;
   [[nodiscard]] bool in_contact() const { return in_contact_; }
   // Forget the tip and the contact.
   void Reset() noexcept;
 
  private:
   [[nodiscard]] double GapOf(const Eigen::Vector2d& p) const noexcept {
-    return (p - place_.p_O).dot(place_.normal_O);
+    return (p - place_.p_O).dot(place_.normal_O) - radius_;
   }
+  [[nodiscard]] std::optional<double> WayToTouch(const Eigen::Vector2d& from,
+                                                 const Eigen::Vector2d& path) const noexcept;
+  void Touch(const ElementPlace& at, const Eigen::Vector2d& tool,
+             const Eigen::Vector2d& to) noexcept;
   void Approach(const Eigen::Vector2d& from, const Eigen::Vector2d& to) noexcept;
+  [[nodiscard]] Eigen::Vector2d NormalTo(const Eigen::Vector2d& centre,
+                                         const ElementPlace& at) const noexcept;
 
   ObbTree tree_;
+  double radius_;
   BoundaryPlace place_;
-  std::optional<Eigen::Vector2d> last_tip_;
+  std::optional<Eigen::Vector2d> last_;
   bool in_contact_ = false;
 };
 

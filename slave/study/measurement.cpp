@@ -188,8 +188,10 @@ class Trial {
     place.normal_O = touch_->mesh.elements[Index(contact.element)].normal();
     const Vector3d n = Planar(place.normal_O);
     const bool slides = touch_->law == ContactLaw::kFrictionless;
-    response = touch_->Press(
-        place, slides ? Vector3d(n.dot(contact.prescribed_O) * n) : contact.prescribed_O);
+    const Vector3d& moved_O = contact.prescribed_O;
+    response =
+        touch_->Press(place, {.displacement_O = slides ? Vector3d(n.dot(moved_O) * n) : moved_O,
+                              .rolled_O = Vector3d::Zero()});
     response.takes_width = true;
     return response;
   }

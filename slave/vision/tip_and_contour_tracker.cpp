@@ -82,8 +82,8 @@ TipTemplate MakeTemplate(const Scene& scene, const cv::Mat& first, const GreyFor
                          const CameraView& view, std::optional<Eigen::Vector2d> tip_hint_I,
                          const Eigen::Vector2d& d_I) {
   const TipTracking& options = *scene.sense.Find<TipTracking>();
-  const double width = scene.tool ? scene.tool->width / view.pixel() : 0;
-  if (!options.template_file.empty()) return LoadTipTemplate(options, d_I, width);
+  const ToolEndSize tool = scene.tool ? EndSizeOf(*scene.tool, view.pixel()) : ToolEndSize{};
+  if (!options.template_file.empty()) return LoadTipTemplate(options, d_I, tool);
   if (!tip_hint_I || !scene.tool) {
     throw std::runtime_error(
         "sense.tip.template is missing, and the tool or its position is unknown as well");
@@ -92,8 +92,7 @@ TipTemplate MakeTemplate(const Scene& scene, const cv::Mat& first, const GreyFor
     throw std::runtime_error(
         "tool.direction is missing: expected [x, y], because no contour locates the object");
   }
-  return CutTipTemplate(first, format, *tip_hint_I, d_I, scene.tool->width / view.pixel(),
-                        options.roi);
+  return CutTipTemplate(first, format, *tip_hint_I, d_I, tool, options.roi);
 }
 
 }  // namespace

@@ -42,7 +42,8 @@ double InformationOfBands(const TipTemplate& tip, const Eigen::Vector2d& d, doub
     for (int x = 0; x < tip.pixels.width; ++x) {
       const Eigen::Vector2d p = Eigen::Vector2d(x, y) - tip.anchor;
       const double aside = std::abs(p.x() * d.y() - p.y() * d.x()), behind = -p.dot(d);
-      if (aside > 0.5 * width - kBeforeTip || behind < 0) continue;
+      const auto pixel = static_cast<std::size_t>(y * tip.pixels.width + x);
+      if (aside > 0.5 * width - kBeforeTip || behind < 0 || tip.weights[pixel] == 0) continue;
       const auto band = static_cast<std::size_t>(behind);
       if (band >= sums.size()) sums.resize(band + 1), counts.resize(band + 1);
       sums[band] += tip.pixels.At(x, y), counts[band] += 1;
@@ -90,25 +91,33 @@ cv::Rect WindowAt(const Eigen::Vector2d& tip, const Eigen::Vector2d& d, double w
   return cv::Rect(first, last + cv::Point(1, 1)) & cv::Rect(cv::Point(), image);
 }
 
-// Weight of a pixel of the template. It is small beside the tool's end, where the indented object
-// comes into view.
-float WeightAt(const Eigen::Vector2d& p_tip, const Eigen::Vector2d& d, double width) {
+// Weight of a pixel of the template. It is small beside the tool's end, and beyond the circle of a
+// round one, where the indented object comes into view.
+float WeightAt(const Eigen::Vector2d& p_tip, const Eigen::Vector2d& d, const ToolEndSize& tool) {
   const double behind = -p_tip.dot(d);
   const double aside = std::abs(p_tip.x() * d.y() - p_tip.y() * d.x());
-  return aside > 0.5 * width && behind < std::max(3.0, 0.5 * width) ? 0.0F : 1.0F;
+  const bool is_beyond = tool.radius > 0 && behind < tool.radius &&
+                         std::hypot(aside, tool.radius - behind) > tool.radius - kBeforeTip;
+  const bool is_beside = aside > 0.5 * tool.width && behind < std::max(3.0, 0.5 * tool.width);
+  return is_beyond || is_beside ? 0.0F : 1.0F;
+}
+
+void SetWeights(const ToolEndSize& tool, TipTemplate* tip) {
+  tip->weights.clear();
+  for (int y = 0; y < tip->pixels.height; ++y) {
+    for (int x = 0; x < tip->pixels.width; ++x) {
+      tip->weights.push_back(WeightAt(Eigen::Vector2d(x, y) - tip->anchor, tip->along, tool));
+    }
+  }
 }
 
 TipTemplate Cut(const cv::Mat& first, const GreyFormat& format, const cv::Rect& window,
-                const Eigen::Vector2d& tip, const Eigen::Vector2d& d, double width) {
+                const Eigen::Vector2d& tip, const Eigen::Vector2d& d, const ToolEndSize& tool) {
   TipTemplate cut;
   format.Read(first, window, cut.pixels);
   cut.along = d;
   cut.anchor = tip - Eigen::Vector2d(window.x, window.y);
-  for (int y = 0; y < window.height; ++y) {
-    for (int x = 0; x < window.width; ++x) {
-      cut.weights.push_back(WeightAt(Eigen::Vector2d(x, y) - cut.anchor, d, width));
-    }
-  }
+  SetWeights(tool, &cut);
   return cut;
 }
 
@@ -167,7 +176,8 @@ Eigen::Vector2d FindToolDirection(const cv::Mat& first, const GreyFormat& format
   return best;
 }
 
-TipTemplate LoadTipTemplate(const TipTracking& options, const Eigen::Vector2d& d_I, double width) {
+TipTemplate LoadTipTemplate(const TipTracking& options, const Eigen::Vector2d& d_I,
+                            const ToolEndSize& tool) {
   const auto refuse = [&](const std::string& why) {
     throw std::runtime_error("sense.tip.template = " + options.template_file.string() + ": " + why);
   };
@@ -188,20 +198,18 @@ TipTemplate LoadTipTemplate(const TipTracking& options, const Eigen::Vector2d& d
   tip.anchor = options.anchor.value_or(
       Eigen::Vector2d(0.5 * (tip.pixels.width - 1), tip.pixels.height - 0.5));
   tip.weights.assign(tip.pixels.levels.size(), 1.0F);
-  if (d_I.isZero(0) || !(width > 0)) return tip;
+  if (d_I.isZero(0) || !(tool.width > 0)) return tip;
   tip.along = d_I;
-  for (int y = 0; y < tip.pixels.height; ++y) {
-    for (int x = 0; x < tip.pixels.width; ++x) {
-      tip.weights[static_cast<std::size_t>(y * tip.pixels.width + x)] =
-          WeightAt(Eigen::Vector2d(x, y) - tip.anchor, d_I, width);
-    }
+  for (const double radius : {tool.radius, 0.0}) {
+    SetWeights({tool.width, radius}, &tip);
+    if (LocatesAlong(tip, d_I, tool.width)) break;
   }
   return tip;
 }
 
 TipTemplate CutTipTemplate(const cv::Mat& first, const GreyFormat& format,
-                           const Eigen::Vector2d& p_I_tip, const Eigen::Vector2d& d_I, double width,
-                           int roi) {
+                           const Eigen::Vector2d& p_I_tip, const Eigen::Vector2d& d_I,
+                           const ToolEndSize& tool, int roi) {
   const auto refuse = [&](const std::string& why) {
     std::ostringstream message;
     message << "template cut at the tool's position (" << p_I_tip.x() << ", " << p_I_tip.y()
@@ -211,16 +219,18 @@ TipTemplate CutTipTemplate(const cv::Mat& first, const GreyFormat& format,
   const bool inside = (p_I_tip.array() >= 0).all() && p_I_tip.x() <= first.cols - 1 &&
                       p_I_tip.y() <= first.rows - 1;  // false for NaN
   if (!inside) refuse("outside the image");
-  if (!(width > 0) || width > kMaxEdge - 2 * kSide) refuse("the tool is too wide in the image");
+  if (!(tool.width > 0) || tool.width > kMaxEdge - 2 * kSide)
+    refuse("the tool is too wide in the image");
   const int length = std::clamp(roi - 2 * kReach, 12, kMaxEdge);
   TipTemplate tip;
   for (const double beyond : {-kBeforeTip, kBeyondTip}) {
-    const cv::Rect window = WindowAt(p_I_tip, d_I, width, length, beyond, first.size());
+    const cv::Rect window = WindowAt(p_I_tip, d_I, tool.width, length, beyond, first.size());
     if (std::min(window.width, window.height) < kMinEdge) {
       refuse("too little of the tool is in the image");
     }
-    tip = Cut(first, format, window, p_I_tip, d_I, width);
-    if (LocatesAlong(tip, d_I, width)) break;
+    const double radius = beyond < 0 ? tool.radius : 0;
+    tip = Cut(first, format, window, p_I_tip, d_I, {tool.width, radius});
+    if (LocatesAlong(tip, d_I, tool.width)) break;
   }
   if (!HasContrast(tip.pixels)) refuse("no contrast");
   return tip;

@@ -13,6 +13,7 @@
 #include "slave/vision/ncc.h"
 #include "slave/vision/observation.h"
 #include "slave/vision/patch_aligner.h"
+#include "slave/vision/tool_end.h"
 
 namespace palpate {
 
@@ -32,22 +33,24 @@ struct TipTemplate {
 
 // Reads the scene's template file. Without an anchor, the tip is in the middle of its lower edge.
 // Throws std::runtime_error naming the key and the file: unreadable, too small (below 5 px), too
-// large (above 512 px), without contrast. Background beside the end of a tool of `width` [px] that
-// points along `d_I` gets no weight, as below; a zero vector, or width: not known.
-TipTemplate LoadTipTemplate(const TipTracking& options, const Eigen::Vector2d& d_I, double width);
+// large (above 512 px), without contrast. Background beside the end of a tool that points along
+// `d_I` gets no weight, as below; a zero vector: not known.
+TipTemplate LoadTipTemplate(const TipTracking& options, const Eigen::Vector2d& d_I,
+                            const ToolEndSize& tool);
 
-// Cuts the template from the image `first`: the tool is a bar of `width` [px] whose end is at
-// `p_I_tip`, pointing along the unit vector `d_I` (both in I).
+// Cuts the template from the image `first`: the tool is a bar whose end is at `p_I_tip`, pointing
+// along the unit vector `d_I` (both in I).
 //
 // The window shows the tool and a little of the background on either side, but nothing beyond the
 // tip: there the object will be, and deform. It needs marks (or a taper) on the tool: where there
 // are none, a few pixels beyond the tip are taken in, for otherwise nothing shows where along
 // itself the tool is. Background beside the tool's end gets no weight: the indented object rises
-// there. A window is upright, so for an oblique tool it ends somewhat before the tip.
+// there; nor does what lies beyond the circle of a round end that has marks. A window is upright,
+// so for an oblique tool it ends somewhat before the tip.
 // Throws std::runtime_error: the tip or too much of the tool lies outside the image, no contrast.
 TipTemplate CutTipTemplate(const cv::Mat& first, const GreyFormat& format,
-                           const Eigen::Vector2d& p_I_tip, const Eigen::Vector2d& d_I, double width,
-                           int roi);
+                           const Eigen::Vector2d& p_I_tip, const Eigen::Vector2d& d_I,
+                           const ToolEndSize& tool, int roi);
 
 // The unit vector along the bar of `width` [px] that ends at `p_I_tip`, within 60 degrees of
 // `towards`: the direction with the largest change across the two sides.

@@ -94,28 +94,36 @@ std::optional<double> Together(const std::vector<std::optional<double>>& found) 
 class Bar {
  public:
   Bar(const cv::Mat& first, const GreyFormat& format, const Vector2d& p_tip, const Vector2d& d,
-      double width)
-      : lines_(first, format), p_tip_(p_tip), d_(d), across_(-d.y(), d.x()), width_(width) {
-    std::vector<double> ground, tool;
-    for (double behind = kReach + kBehind; behind < kReach + kLength; ++behind) {
+      const ToolEndSize& tool)
+      : lines_(first, format),
+        p_tip_(p_tip),
+        d_(d),
+        across_(-d.y(), d.x()),
+        width_(tool.width),
+        radius_(tool.radius) {
+    std::vector<double> ground, inside;
+    for (double behind = first_behind(); behind < last_behind(); ++behind) {
       const Vector2d axis = p_tip - behind * d;
       for (const double side : {-1.0, 1.0}) {
-        ground.push_back(lines_.At(axis + side * (0.5 * width + kSideWidth) * across_));
-        tool.push_back(lines_.At(axis + side * 0.2 * width * across_));
+        ground.push_back(lines_.At(axis + side * (0.5 * width_ + kSideWidth) * across_));
+        inside.push_back(lines_.At(axis + side * 0.2 * width_ * across_));
       }
     }
     level_ = MedianOf(ground);
-    step_ = std::abs(MedianOf(tool) - level_);
+    step_ = std::abs(MedianOf(inside) - level_);
     is_prominent_ =
         step_ >= kMinStep * format.levels_per_255() && SigmaAboutMedian(ground) <= kPlain * step_;
   }
 
   [[nodiscard]] bool is_prominent() const { return is_prominent_; }
+  // The sides are straight from here to there [px behind the stated tip].
+  [[nodiscard]] double first_behind() const { return kReach + kBehind + radius_; }
+  [[nodiscard]] double last_behind() const { return kReach + kLength + radius_; }
   // How far past the stated tip it ends [px].
   [[nodiscard]] std::optional<double> End() const {
     std::vector<std::optional<double>> ends;
     for (double c = -0.35 * width_; c <= 0.35 * width_; ++c) {
-      const Vector2d from = p_tip_ + c * across_ - kReach * d_;
+      const Vector2d from = p_tip_ + c * across_ - (kReach + RecessAt(c)) * d_;
       ends.push_back(lines_.Crossing(from, d_, level_, step_, 2 * kReach));
     }
     const auto end = Together(ends);
@@ -133,30 +141,41 @@ class Bar {
   }
 
  private:
+  // By how much the end recedes `aside` of the axis [px].
+  [[nodiscard]] double RecessAt(double aside) const {
+    return radius_ - std::sqrt(std::max(0.0, radius_ * radius_ - aside * aside));
+  }
+
   Lines lines_;
   Vector2d p_tip_, d_, across_;
-  double width_, level_ = 0, step_ = 0;
+  double width_, radius_, level_ = 0, step_ = 0;
   bool is_prominent_ = false;
 };
 
 }  // namespace
 
+ToolEndSize EndSizeOf(const Tool& tool, double pixel) {
+  const double radius = tool.shape == Tool::Shape::kRound ? tool.radius : 0;
+  return {tool.width / pixel, radius / pixel};
+}
+
 std::optional<ToolEnd> DetectToolEnd(const cv::Mat& first, const GreyFormat& format,
-                                     const Vector2d& p_I_tip, const Vector2d& d_I, double width) {
-  const Bar bar(first, format, p_I_tip, d_I, width);
+                                     const Vector2d& p_I_tip, const Vector2d& d_I,
+                                     const ToolEndSize& tool) {
+  const Bar bar(first, format, p_I_tip, d_I, tool);
   if (!bar.is_prominent()) return std::nullopt;
-  const auto end = bar.End(), one = bar.Side(1, kReach + kBehind, kReach + kLength),
-             other = bar.Side(-1, kReach + kBehind, kReach + kLength);
+  const auto end = bar.End(), one = bar.Side(1, bar.first_behind(), bar.last_behind()),
+             other = bar.Side(-1, bar.first_behind(), bar.last_behind());
   if (!end || !one || !other) return std::nullopt;
   return ToolEnd{*end, (*one - *other) / 2, *one + *other};
 }
 
 bool ToolGoesOn(const cv::Mat& first, const GreyFormat& format, const Vector2d& p_I_tip,
-                const Vector2d& d_I, double width) {
-  const Bar bar(first, format, p_I_tip, d_I, width);
+                const Vector2d& d_I, const ToolEndSize& tool) {
+  const Bar bar(first, format, p_I_tip, d_I, tool);
   if (!bar.is_prominent()) return false;
   for (const double side : {-1.0, 1.0}) {
-    const auto behind = bar.Side(side, kReach + kBehind, kReach + kLength),
+    const auto behind = bar.Side(side, bar.first_behind(), bar.last_behind()),
                past = bar.Side(side, -kReach, -kBehind);
     if (!behind || !past || std::abs(*past - *behind) > kAsStraight) return false;
   }

@@ -6,9 +6,9 @@
 
 #include <Eigen/Cholesky>
 
+#include "slave/checks/camera/indentation_offset.h"
 #include "slave/checks/consistency.h"
 #include "slave/checks/repeat_detector.h"
-#include "slave/vision/tool_end.h"
 
 namespace palpate {
 namespace {
@@ -136,8 +136,16 @@ class IndentationCheck final : public Check<CameraSample> {
     if (distrust_ > 0 || unconfirmed_ > Limits::kUnconfirmed) {
       findings->Fail(FailedCheck::kIndentation, "observed and computed indentation differ");
     }
+    if (BeginsElsewhere(sample)) {
+      findings->Fail(FailedCheck::kIndentation,
+                     "depth begins elsewhere than the indentation: the tool's end, or the surface, "
+                     "is not where the scene has it");
+    }
   }
-  void Reset() noexcept override { distrust_ = unconfirmed_ = 0; }
+  void Reset() noexcept override {
+    distrust_ = unconfirmed_ = 0;
+    offset_.Reset();
+  }
 
  private:
   static bool Agrees(const CameraSample& sample) noexcept {
@@ -152,8 +160,28 @@ class IndentationCheck final : public Check<CameraSample> {
     return residual.squaredNorm() < Limits::kIndentationGate;
   }
 
-  int distrust_ = 0;     // images until an indentation is trusted again
-  int unconfirmed_ = 0;  // images since the indentation was last detected
+  bool BeginsElsewhere(const CameraSample& sample) noexcept {
+    const double depth = -sample.normal_O.dot(sample.indentation_O);
+    if (!(depth > 0)) {
+      offset_.Reset();
+      return false;
+    }
+    const ObjectSighting& object = *sample.object;
+    if (sample.tip.found && object.indentation_known && !IsTipRough(sample)) {
+      const Eigen::Vector2d& n = sample.normal_O;
+      offset_.Add({.depth = depth,
+                   .shown = -n.dot(object.indentation_O),
+                   .sigma = std::sqrt(n.dot(object.indentation_covariance * n) +
+                                      sample.tip_sigma * sample.tip_sigma)},
+                  sample.indentation_sigma, Limits::kEdgeSigma);
+    }
+    const double sigma = std::hypot(offset_.sigma(), sample.place_sigma);
+    return offset_.value() * offset_.value() > Limits::kIndentationGate * sigma * sigma;
+  }
+
+  IndentationOffset offset_;  // of this contact
+  int distrust_ = 0;          // images until an indentation is trusted again
+  int unconfirmed_ = 0;       // images since the indentation was last detected
 };
 
 // The tool in the first image is the scene's, at the manipulator's home.
@@ -163,14 +191,14 @@ Verdict ExamineTool(const Scene& scene, const FirstImage& first) {
   const Verdict elsewhere =
       Failed(FailedCheck::kArm, "the tool is not at the manipulator's home in the first image");
   const GreyFormat format(first.image);
-  const auto end = DetectToolEnd(first.image, format, *first.p_I_tip, first.d_I, first.width_px);
+  const auto end = DetectToolEnd(first.image, format, *first.p_I_tip, first.d_I, first.tool);
   if (!end) {
-    const bool goes_on = ToolGoesOn(first.image, format, *first.p_I_tip, first.d_I, first.width_px);
+    const bool goes_on = ToolGoesOn(first.image, format, *first.p_I_tip, first.d_I, first.tool);
     return goes_on ? elsewhere : Verdict(Validity::kValid);
   }
   const bool beyond = std::abs(end->beyond) > Limits::kToolElsewhere;
   const bool aside = std::abs(end->aside) > Limits::kToolElsewhere;
-  const bool wide = std::abs(end->width / first.width_px - 1) > Limits::kToolWidth;
+  const bool wide = std::abs(end->width / first.tool.width - 1) > Limits::kToolWidth;
   if (beyond || (aside && !wide)) return elsewhere;
   if (aside == wide) return {Validity::kValid};  // both: something covers a side of the tool
   return Failed(FailedCheck::kScale, "the tool is not as wide as the scene's in the first image");

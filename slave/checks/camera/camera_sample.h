@@ -28,8 +28,12 @@ struct CameraSample {
   // it.
   bool is_solved = false;
   Eigen::Vector2d indentation_O{0, 0};  // displacement of the contact according to the tip [px]
+  Eigen::Vector2d normal_O{0, 0};       // outward unit normal there [-]
   double indentation_sigma = 0;         // error of the model's indentation, relative [-]
   double tip_sigma = 0;                 // including the compensated image motion [px]
+  // Sigma of the tool's end in its template, of the surface, and of a face that leans: the same for
+  // all images of a contact [px].
+  double place_sigma = 0;
 
   // The object's edge can be compared with the model.
   [[nodiscard]] bool compares_edge() const { return object && is_solved && !is_broken; }

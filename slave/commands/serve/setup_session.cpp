@@ -137,23 +137,24 @@ struct Trial {
   std::optional<SceneMistake> tool;  // the scene's tool is not the one in the image
 };
 
-// The tool at the tip that was found, against the scene's. A round end is not measured.
+// The tool at the tip that was found, against the scene's. The place of a round end is not
+// compared.
 std::optional<SceneMistake> CompareTool(const Scene& scene, const CameraSense& sense) {
   const Estimator& estimator = sense.estimator();
   const TipObservation& tip = estimator.observation().tip;
   const Eigen::Vector2d d_I = Eigen::Rotation2Dd(tip.turn) * estimator.tracker().tool_direction_I();
   if (!tip.found || d_I.isZero(0)) return std::nullopt;
   const cv::Mat& image = sense.frame().image;
-  const double width = scene.tool->width / estimator.tool_view().pixel();
+  const ToolEndSize tool = EndSizeOf(*scene.tool, estimator.tool_view().pixel());
   const GreyFormat format(image);
-  const auto end = DetectToolEnd(image, format, tip.p_I, d_I, width);
+  const auto end = DetectToolEnd(image, format, tip.p_I, d_I, tool);
   if (!end) {
-    if (!ToolGoesOn(image, format, tip.p_I, d_I, width)) return std::nullopt;
+    if (!ToolGoesOn(image, format, tip.p_I, d_I, tool)) return std::nullopt;
     return SceneMistake{.key = "sense.tip.template",
                         .message = "the tool goes on beyond the tip",
                         .expected = "an image of the end of the tool"};
   }
-  if (std::abs(end->width / width - 1) > CameraLimits::kToolWidth) {
+  if (std::abs(end->width / tool.width - 1) > CameraLimits::kToolWidth) {
     return SceneMistake{.key = "tool.width",
                         .value = LengthInWords(scene.tool->width),
                         .message = "another width than in the image",

@@ -163,9 +163,9 @@ void RoundIndenter::Gather(const ToolIndentation& press) noexcept {
   const double in = -n.dot(press.displacement_O);
   const Vector3d across = press.displacement_O + in * n;
   for (const TouchablePlace& place : places_) {
-    const Vector3d from_apex = place.p_O - press.p_O;
-    const double height = n.dot(from_apex);
-    const double rho2 = (from_apex - height * n).squaredNorm();
+    const Vector3d from_first = place.p_O - press.p_O;
+    const double height = n.dot(from_first);
+    const double rho2 = (from_first + press.rolled_O - height * n).squaredNorm();
     if (!(rho2 < radius_ * radius_)) continue;
     const double rise = rho2 / (radius_ + std::sqrt(radius_ * radius_ - rho2));
     const double delta = height + in - rise;
@@ -175,7 +175,7 @@ void RoundIndenter::Gather(const ToolIndentation& press) noexcept {
   }
 }
 
-// Moved with the apex if it presses, between places.
+// Moved with the tool if it presses, between places.
 void RoundIndenter::TouchNearest(const ToolIndentation& press, bool presses) noexcept {
   const auto away = [&](const TouchablePlace& at) { return (at.p_O - press.p_O).squaredNorm(); };
   const auto nearest = std::ranges::min_element(places_, {}, away);

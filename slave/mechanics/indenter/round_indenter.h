@@ -7,12 +7,13 @@
 //
 //   delta = n . (x - p) - n . u - (R - sqrt(R^2 - rho^2))
 //
-// too deep, p where its apex touched first, u how far it has moved since. Places with delta > 0 may
-// touch: they are moved by u_t - delta n (u_t: u across n), the others are free. What would be
-// pulled lets go, until all that touch are pushed: a linear complementarity problem. Where the
-// stiffness has no positive entry off its diagonal, what lets go never comes back (Chandrasekaran,
-// Opsearch 7, 1970); a body that bends may press places against the tool again, so those that let
-// go are examined once more. Works on any DeformationModel that moves single places.
+// too deep, p where it touched first, u how far it has moved since: along n its centre, across n
+// the point of the tool that touched first, from which a tool that turns rolls away. Places with
+// delta > 0 may touch: they are moved by u_t - delta n (u_t: u across n), the others are free. What
+// would be pulled lets go, until all that touch are pushed: a linear complementarity problem. Where
+// the stiffness has no positive entry off its diagonal, what lets go never comes back
+// (Chandrasekaran, Opsearch 7, 1970); a body that bends may press places against the tool again, so
+// those that let go are examined once more. Works on any DeformationModel that moves single places.
 #pragma once
 
 #include <span>
@@ -42,9 +43,10 @@ std::vector<TouchablePlace> TouchableMiddles(const SurfaceMesh& mesh);
 
 // Where the tool is. Frame O.
 struct ToolIndentation {
-  Eigen::Vector3d p_O{0, 0, 0};             // first contact point of its apex, at rest [m]
-  Eigen::Vector3d normal_O{0, 1, 0};        // outward there, unit: the tool's axis
-  Eigen::Vector3d displacement_O{0, 0, 0};  // of the apex since then [m]
+  Eigen::Vector3d p_O{0, 0, 0};             // first contact point, at rest [m]
+  Eigen::Vector3d normal_O{0, 1, 0};        // outward there, to the tool's centre, unit
+  Eigen::Vector3d displacement_O{0, 0, 0};  // since then: u above [m]
+  Eigen::Vector3d rolled_O{0, 0, 0};  // way across n of the tool's point from below its centre [m]
 };
 
 class RoundIndenter {
@@ -57,11 +59,12 @@ class RoundIndenter {
   // `radius` of the tool [m], > 0. Throws std::invalid_argument: another radius, or no place.
   RoundIndenter(std::vector<TouchablePlace> places, double radius, ContactLaw law);
 
-  // Force of the tool on the object and its derivative by the apex's displacement at this depth,
-  // while the same places are in contact. A tool out of contact has no force; its stiffness is that
-  // of the place nearest to the apex, which is also the only contact of a tool between places. The
-  // moment is about the displaced apex, and unknown with fewer than kMinTouched places. `model` is
-  // queried several times. `solution`: the places in contact, each with its force.
+  // Force of the tool on the object and its derivative by the displacement at this depth, while the
+  // same places are in contact. A tool out of contact has no force; its stiffness is that of the
+  // place nearest to the first contact point, which is also the only contact of a tool between
+  // places. The moment is about the displaced point, and unknown with fewer than kMinTouched
+  // places. `model` is queried several times. `solution`: the places in contact, each with its
+  // force.
   [[nodiscard]] ContactResponse Press(const ToolIndentation& press, DeformationModel* model,
                                       Solution* solution) noexcept;
 

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <stdexcept>
 
 #include <Eigen/Geometry>
 
@@ -75,8 +76,14 @@ Estimator::Estimator(const Scene& scene, const Frame& first,
     anchor_sigma_ = std::hypot(kAnchorSigma, tip->anchor_tolerance) * tool_view_.pixel();
   tool_.d_I = tracker_->tool_direction_I();
   tool_.width = scene.tool->width / tool_view_.pixel();
-  checks_ = MakeCameraChecks(scene, {first.image, tracker_->noise(), tool_.d_I, tool_.width,
-                                     ToImage(tool_view_, p_S_tip_reported)});
+  if (touch_->radius() > 0 && tool_.d_I.isZero(0)) {
+    throw std::runtime_error(
+        "tool.direction is missing: expected [x, y], because the first image does not show where "
+        "the round tool points");
+  }
+  checks_ = MakeCameraChecks(
+      scene, {first.image, tracker_->noise(), tool_.d_I, EndSizeOf(*scene.tool, tool_view_.pixel()),
+              ToImage(tool_view_, p_S_tip_reported)});
   observation_ = See(first);
 }
 
@@ -93,20 +100,23 @@ void Estimator::Adopt(std::unique_ptr<TouchModel> touch, const Scene& scene) {
   plane_error_ = touch_->domain.error();
   cue_.Adopt(scene.model.puncture_from);
   forecast_.Adopt();
-  press_.place = {};
   if (edge_) edge_->Adopt(touch_->mesh);
-  if (rules_.in_contact()) ResumeContact();
+  if (rules_.in_contact()) {
+    ResumeContact();
+  } else {
+    press_ = {};
+  }
 }
 
 void Estimator::ResumeContact() noexcept {
   // Share of the body's size, above the surface: the contact begins at the same point again [-].
   // [by definition]
   constexpr double kAbove = 1e-6;
-  const Eigen::Isometry3d X_OS = registration_.X_SO.inverse();
-  const Eigen::Vector3d p_O = X_OS * estimate_.p_S_contact;
-  const Eigen::Vector3d n_O = X_OS.linear() * estimate_.local_model.normal;
-  touch_->contact->MoveTip((p_O + kAbove * touch_->mesh.length_unit * n_O).head<2>());
-  ForecastIndentation(touch_->contact->MoveTip((X_OS * estimate_.p_S_tip).head<2>()));
+  const BoundaryPlace& last = press_.place;
+  const double above = touch_->radius() + kAbove * touch_->mesh.length_unit;
+  touch_->contact->Move(last.p_O + above * last.normal_O);
+  press_.place = touch_->contact->Move(press_.tool.centre_O);
+  ForecastIndentation(press_.place);
 }
 
 std::string_view Estimator::flag_reason() const {
@@ -182,19 +192,22 @@ const ContactEstimate& Estimator::Estimate(const Frame& frame, const CameraObser
   return estimate_;
 }
 
-// Predict: the indentation that the last contact has under the tip as it is now.
+// Predict: the indentation that the last contact has under the tip as it is now, and how the edge
+// moves with it.
 void Estimator::PredictIndentation() noexcept {
   const TipObservation& tip = observation_.tip;
   if (!edge_ || !tip.found) return;
   tool_.p_I_tip = tip.p_I;
   tool_.d_I = Eigen::Rotation2Dd(tip.turn) * tracker_->tool_direction_I();
   if (!forecast_.expects()) return;
-  const Eigen::Vector3d p_S = tool_view_.ToSlave(edge_->sighting().motion.Back(tip.p_I));
-  const Eigen::Vector3d way_S = p_S - estimate_.p_S_contact;
-  const bool touches = rules_.in_contact() || way_S.dot(estimate_.local_model.normal) < 0;
+  const ToolPlace tool = ToolAt(tool_view_.ToSlave(edge_->sighting().motion.Back(tip.p_I)));
+  const Eigen::Vector2d displacement_O = MotionOf(tool).displacement_O.head<2>();
+  BoundaryPlace place = press_.place;
+  place.gap = -DepthOf(displacement_O);
+  if (place.gap < 0) ForecastIndentation(place);
+  const bool touches = rules_.in_contact() || place.gap < 0;
   predicted_O_.setZero();
-  if (!touches || rules_.broken()) return;
-  predicted_O_ = (registration_.X_SO.linear().transpose() * way_S).head<2>() / view_.pixel();
+  if (touches && !rules_.broken()) predicted_O_ = displacement_O / view_.pixel();
 }
 
 // Measure: motion and indentation of the object's edge. A search where the indentation should be
@@ -242,9 +255,9 @@ std::optional<Estimator::CompensatedTip> Estimator::TipByIndentation() const noe
   const double sigma = std::hypot(std::sqrt(object.indentation_covariance.trace()),
                                   forecast_.sigma() * object.indentation_O.norm());
   if (!(sigma < kInformativeIndentation * tool_.width)) return std::nullopt;
-  const Eigen::Vector2d way_S =
-      registration_.X_SO.linear().topLeftCorner<2, 2>() * object.indentation_O;
-  const Eigen::Vector3d p_S = estimate_.p_S_contact + view_.pixel() * Planar(way_S);
+  const Eigen::Vector2d p_O =
+      TipOf(press_.place, press_.tool.d_O, view_.pixel() * object.indentation_O);
+  const Eigen::Vector3d p_S = registration_.X_SO * Planar(p_O);
   return CompensatedTip{tool_view_.ToImage(p_S), sigma,
                         sigma * sigma * Eigen::Matrix2d::Identity()};
 }
@@ -315,42 +328,79 @@ double Estimator::GapSigma(const BoundaryPlace& place,
   return std::hypot(tip_sigma, registration_.sigma, n_S.dot(agreement_.Unexplained()));
 }
 
-// The point of the tool's end that is deepest in the object [px]: of a round one that leans, beside
-// its apex `p_I`.
-Eigen::Vector2d Estimator::DeepestPoint(const Eigen::Vector2d& p_I) const noexcept {
+// The tool whose apex is at `p_S_tip` and that lies as in the last image.
+Estimator::ToolPlace Estimator::ToolAt(const Eigen::Vector3d& p_S_tip) const noexcept {
   const Eigen::Vector2d d_I =
       Eigen::Rotation2Dd(observation_.tip.turn) * tracker_->tool_direction_I();
-  if (!touch_->indenter || d_I.isZero(0)) return p_I;
-  const Eigen::Isometry3d& X_SO = registration_.X_SO;
-  const Eigen::Vector3d p_S = tool_view_.ToSlave(p_I);
-  const Eigen::Vector3d p_O = X_SO.inverse() * p_S;
-  touch_->probe->Reset();
-  const Eigen::Vector2d n_O = touch_->probe->MoveTip(p_O.head<2>()).normal_O;
-  const Eigen::Vector2d n_I =
-      tool_view_.ToImage(p_S + tool_view_.pixel() * (X_SO.linear() * Planar(n_O))) - p_I;
-  return p_I - touch_->indenter->radius() / tool_view_.pixel() * (d_I + n_I);
+  const Eigen::Isometry3d X_OS = registration_.X_SO.inverse();
+  const Eigen::Vector3d way_S = tool_view_.ToSlave(d_I) - tool_view_.ToSlave({0, 0});
+  const Eigen::Vector2d d_O = (X_OS.linear() * way_S).head<2>() / tool_view_.pixel();
+  return {(X_OS * p_S_tip).head<2>() - touch_->radius() * d_O, d_O};
+}
+
+// Way across the normal from the point below the centre of a round end to the one that touched
+// first, once the tool points along `d_O`.
+Eigen::Vector2d Estimator::RolledBy(const Eigen::Vector2d& normal_O,
+                                    const Eigen::Vector2d& d_O) const noexcept {
+  const Eigen::Vector2d& before = press_.d_O;
+  const double sine = before.x() * d_O.y() - before.y() * d_O.x();
+  return -touch_->radius() * sine * Eigen::Vector2d(-normal_O.y(), normal_O.x());
+}
+
+// The apex of a tool that points along `d_O` and has displaced the place by `displacement_O` [m].
+Eigen::Vector2d Estimator::TipOf(const BoundaryPlace& place, const Eigen::Vector2d& d_O,
+                                 const Eigen::Vector2d& displacement_O) const noexcept {
+  const Eigen::Vector2d& n = place.normal_O;
+  return place.p_O + displacement_O - RolledBy(n, d_O) + touch_->radius() * (n + d_O);
+}
+
+// Since the tool touched at the place of the last contact.
+TouchModel::ToolMotion Estimator::MotionOf(const ToolPlace& tool) const noexcept {
+  const Eigen::Vector2d& n = press_.place.normal_O;
+  const Eigen::Vector2d rolled_O = RolledBy(n, tool.d_O);
+  const Eigen::Vector2d displacement_O =
+      tool.centre_O - press_.place.p_O - touch_->radius() * n + rolled_O;
+  if (touch_->law == ContactLaw::kFrictionless) {
+    return {Planar(n.dot(displacement_O) * n), Eigen::Vector3d::Zero()};
+  }
+  return {Planar(displacement_O), Planar(rolled_O)};
+}
+
+// Unit vector along which the tool pointed when it touched at `place`, on its way from the last
+// image.
+Eigen::Vector2d Estimator::DirectionAtTouch(const BoundaryPlace& place,
+                                            const ToolPlace& tool) const noexcept {
+  const ToolPlace& last = press_.tool;
+  const Eigen::Vector2d path = tool.centre_O - last.centre_O;
+  const Eigen::Vector2d touched_O = place.p_O + touch_->radius() * place.normal_O;
+  const double gone = (touched_O - last.centre_O).dot(path) / path.squaredNorm();
+  if (last.d_O.isZero(0) || !std::isfinite(gone)) return tool.d_O;
+  return (last.d_O + std::clamp(gone, 0.0, 1.0) * (tool.d_O - last.d_O)).normalized();
+}
+
+// A flat face that leans touches with a corner before its middle: how far before [m].
+double Estimator::CornerAhead() const noexcept {
+  if (touch_->indenter) return 0;
+  const Eigen::Vector2d &n = press_.place.normal_O, &d = press_.tool.d_O;
+  return touch_->reach() * std::abs(d.x() * n.y() - d.y() * n.x());
 }
 
 // Update: contact, force and local model.
 bool Estimator::UpdateContact(const CompensatedTip& tip) noexcept {
   Stopwatch lap;
   const Eigen::Isometry3d& X_SO = registration_.X_SO;
-  const Eigen::Vector3d p_S_tip = tool_view_.ToSlave(DeepestPoint(tip.p_I));
-  const Eigen::Vector3d p_O_tip = X_SO.inverse() * p_S_tip;
-  const BoundaryPlace& place = touch_->contact->MoveTip(p_O_tip.head<2>());
+  const Eigen::Vector3d p_S_tip = tool_view_.ToSlave(tip.p_I);
+  const ToolPlace tool = ToolAt(p_S_tip);
+  const BoundaryPlace& place = touch_->contact->Move(tool.centre_O);
   const bool touching = touch_->contact->in_contact();
   times_.contact.Add(lap.Lap());
   ForecastIndentation(place);
   checks_us_ += lap.Lap();
 
-  press_ = {place, Eigen::Vector3d::Zero()};
-  if (touching) {
-    press_.displacement_O.head<2>() = p_O_tip.head<2>() - place.p_O;
-    const Eigen::Vector3d n = Planar(place.normal_O);
-    const bool slides = touch_->law == ContactLaw::kFrictionless;
-    if (slides) press_.displacement_O = n.dot(press_.displacement_O) * n;
-  }
-  const ContactResponse response = touch_->Press(place, press_.displacement_O);
+  const bool goes_on = touching && rules_.in_contact() && place.p_O == press_.place.p_O;
+  press_ = {place, goes_on ? press_.d_O : DirectionAtTouch(place, tool), tool, {}};
+  if (touching) press_.motion = MotionOf(tool);
+  const ContactResponse response = touch_->Press(place, press_.motion);
   times_.mechanics.Add(lap.Lap());
 
   estimate_.p_S_tip = p_S_tip;
@@ -390,7 +440,7 @@ void Estimator::SetPressForce(const BoundaryPlace& place, const ContactResponse&
   std::optional<Eigen::Vector3d> moment = response.moment_O;
   if (moment) {
     const Eigen::Vector3d p_O_tip = X_SO.inverse() * estimate_.p_S_tip;
-    const Eigen::Vector3d arm = Planar(place.p_O) + press_.displacement_O - p_O_tip;
+    const Eigen::Vector3d arm = Planar(place.p_O) + press_.motion.displacement_O - p_O_tip;
     moment = -(X_SO.linear() * (*moment + arm.cross(response.force_O)));
   }
   rules_.SetMoment(moment, response.moment_sigma, touch_->reach(), &estimate_);
@@ -398,16 +448,19 @@ void Estimator::SetPressForce(const BoundaryPlace& place, const ContactResponse&
 
 void Estimator::Examine(const cv::Mat& image, double tip_sigma, bool is_solved) noexcept {
   Stopwatch lap;
-  const Findings findings =
-      checks_.Examine({.image = image,
-                       .tip = observation_.tip,
-                       .object = sighting(),
-                       .encoder = Innovation(),
-                       .is_broken = rules_.broken(),
-                       .is_solved = is_solved,
-                       .indentation_O = press_.displacement_O.head<2>() / view_.pixel(),
-                       .indentation_sigma = forecast_.sigma(),
-                       .tip_sigma = tip_sigma});
+  const Findings findings = checks_.Examine(
+      {.image = image,
+       .tip = observation_.tip,
+       .object = sighting(),
+       .encoder = Innovation(),
+       .is_broken = rules_.broken(),
+       .is_solved = is_solved,
+       .indentation_O = press_.motion.displacement_O.head<2>() / view_.pixel(),
+       .normal_O = press_.place.normal_O,
+       .indentation_sigma = forecast_.sigma(),
+       .tip_sigma = tip_sigma,
+       .place_sigma =
+           std::hypot(anchor_sigma_, registration_.sigma, CornerAhead()) / view_.pixel()});
   estimate_.Add(findings.verdict);
   estimate_.sigma *= findings.widening;
   times_.checks.Add(checks_us_ + lap.Lap());
@@ -415,11 +468,10 @@ void Estimator::Examine(const cv::Mat& image, double tip_sigma, bool is_solved) 
 
 LocalModel Estimator::LocalAt(const Eigen::Vector3d& p_S_tip) noexcept {
   if (rules_.in_contact() || !p_S_tip.allFinite()) return estimate_.local_model;
-  const Eigen::Vector3d p_O_tip = registration_.X_SO.inverse() * p_S_tip;
   touch_->probe->Reset();
-  const BoundaryPlace& place = touch_->probe->MoveTip(p_O_tip.head<2>());
+  const BoundaryPlace& place = touch_->probe->Move(ToolAt(p_S_tip).centre_O);
   if (touch_->probe->in_contact()) return estimate_.local_model;
-  const ContactResponse response = touch_->Respond(place, Eigen::Vector3d::Zero());
+  const ContactResponse response = touch_->Respond(place, {});
   if (response.validity != Validity::kFailed) UpdateLocalModel(place, response);
   return estimate_.local_model;
 }
@@ -430,12 +482,12 @@ bool Estimator::MakePatch(const Eigen::Vector3d& p_S_tip, SurfacePatch* patch) n
   if (!p_S_tip.allFinite() || touch_->indenter || touch_->prepares_places()) return false;
   touch_->probe->Reset();
   const Eigen::Vector3d p_O_tip = registration_.X_SO.inverse() * p_S_tip;
-  const int element = touch_->probe->MoveTip(p_O_tip.head<2>()).element;
+  const int element = touch_->probe->Move(p_O_tip.head<2>()).element;
   const auto stiffness = [this](const Eigen::Vector3d& p_O, int cell, const Eigen::Vector3d&) {
     BoundaryPlace place;
     place.element = cell;
     place.p_O = p_O.head<2>();
-    return StiffnessInSlave(touch_->Respond(place, Eigen::Vector3d::Zero()), registration_.X_SO);
+    return StiffnessInSlave(touch_->Respond(place, {}), registration_.X_SO);
   };
   const bool frictionless = touch_->law == ContactLaw::kFrictionless;
   const bool known =
@@ -449,7 +501,9 @@ void Estimator::UpdateLocalModel(const BoundaryPlace& place,
                                  const ContactResponse& response) noexcept {
   const Eigen::Matrix3d& R = registration_.X_SO.linear();
   LocalModel next;
-  next.reference = registration_.X_SO * Planar(place.p_O);
+  // The master renders the apex.
+  next.reference =
+      registration_.X_SO * Planar(TipOf(place, press_.tool.d_O, Eigen::Vector2d::Zero()));
   next.normal = R * Planar(place.normal_O);
   next.stiffness =
       touch_->SecantPart(response, place) * StiffnessInSlave(response, registration_.X_SO);

@@ -109,10 +109,17 @@ class Estimator {
     double sigma = 0;           // including the compensated image motion [px]
     Eigen::Matrix2d covariance = Eigen::Matrix2d::Zero();  // of the same [px^2]
   };
-  // Last solution of the model for the tool.
+  // The tool in an image, O: its centre, or the tip of a flat one [m], and the unit vector along
+  // which it points.
+  struct ToolPlace {
+    Eigen::Vector2d centre_O{0, 0}, d_O{0, 0};
+  };
+  // The tool at its contact point, or at the nearest one before.
   struct Press {
     BoundaryPlace place;
-    Eigen::Vector3d displacement_O{0, 0, 0};  // [m]
+    Eigen::Vector2d d_O{0, 0};  // as the contact began
+    ToolPlace tool;
+    TouchModel::ToolMotion motion;  // since then
   };
 
   void PredictIndentation() noexcept;
@@ -130,7 +137,15 @@ class Estimator {
   void Examine(const cv::Mat& image, double tip_sigma, bool is_solved) noexcept;
   [[nodiscard]] std::optional<EncoderInnovation> Innovation() const noexcept;
   void ResumeContact() noexcept;
-  [[nodiscard]] Eigen::Vector2d DeepestPoint(const Eigen::Vector2d& p_I) const noexcept;
+  [[nodiscard]] ToolPlace ToolAt(const Eigen::Vector3d& p_S_tip) const noexcept;
+  [[nodiscard]] Eigen::Vector2d TipOf(const BoundaryPlace& place, const Eigen::Vector2d& d_O,
+                                      const Eigen::Vector2d& displacement_O) const noexcept;
+  [[nodiscard]] Eigen::Vector2d RolledBy(const Eigen::Vector2d& normal_O,
+                                         const Eigen::Vector2d& d_O) const noexcept;
+  [[nodiscard]] Eigen::Vector2d DirectionAtTouch(const BoundaryPlace& place,
+                                                 const ToolPlace& tool) const noexcept;
+  [[nodiscard]] double CornerAhead() const noexcept;
+  [[nodiscard]] TouchModel::ToolMotion MotionOf(const ToolPlace& tool) const noexcept;
   [[nodiscard]] double DepthOf(const Eigen::Vector2d& indentation_O) const noexcept;
   [[nodiscard]] double GapSigma(const BoundaryPlace& place,
                                 const Eigen::Matrix2d& covariance) const noexcept;

@@ -35,8 +35,6 @@ TouchModel::TouchModel(const Scene& scene, BoundaryMesh outline,
       mesh(std::move(outline)),
       deformation(model ? std::move(model) : MakeModel(scene, mesh, progress)),
       domain(scene, *scene.tool, mesh),
-      contact(std::make_unique<BoundaryContact>(mesh)),
-      probe(std::make_unique<BoundaryContact>(mesh)),
       held(HeldVertices(scene, mesh)),
       prepares_places_(!KindOf(scene).is_plane),
       tool_width_(scene.tool->width) {
@@ -45,15 +43,17 @@ TouchModel::TouchModel(const Scene& scene, BoundaryMesh outline,
   } else if (!prepares_places_) {
     width_.emplace(mesh, scene);
   }
+  contact = std::make_unique<BoundaryContact>(mesh, radius());
+  probe = std::make_unique<BoundaryContact>(mesh, radius());
   if (prepares_places_) PrepareUnder(scene.object.X_SO.inverse() * scene.manipulator.home);
 }
 
 void TouchModel::PrepareUnder(const Eigen::Vector3d& p_O_tip) noexcept {
-  BoundaryPlace place = probe->MoveTip(p_O_tip.head<2>());
+  BoundaryPlace place = probe->Move(p_O_tip.head<2>());
   probe->Reset();
   place.gap = 0;
   const Eigen::Vector3d n = Planar(place.normal_O);
-  stiffness_at_home = n.dot(Respond(place, Eigen::Vector3d::Zero()).stiffness_O * n);
+  stiffness_at_home = n.dot(Respond(place, {}).stiffness_O * n);
 }
 
 // Whole elements are too long a raster for a tool only where the tool has fewer than two.
@@ -66,18 +66,18 @@ Contact TouchModel::ContactAt(const BoundaryPlace& place) noexcept {
   return touch;
 }
 
-ContactResponse TouchModel::Solve(const BoundaryPlace& place, const Eigen::Vector3d& displacement_O,
+ContactResponse TouchModel::Solve(const BoundaryPlace& place, const ToolMotion& motion,
                                   Solution* solution) noexcept {
-  ContactResponse response = Answer(place, displacement_O, solution);
+  ContactResponse response = Answer(place, motion, solution);
   domain.FlagOutside({.p_O = Planar(place.p_O), .width = tool_width_}, &response);
   return response;
 }
 
-ContactResponse TouchModel::Answer(const BoundaryPlace& place,
-                                   const Eigen::Vector3d& displacement_O,
+ContactResponse TouchModel::Answer(const BoundaryPlace& place, const ToolMotion& motion,
                                    Solution* solution) noexcept {
-  if (!indenter) return SolveFlat(place, displacement_O, solution);
-  const ToolIndentation at{Planar(place.p_O), Planar(place.normal_O), displacement_O};
+  if (!indenter) return SolveFlat(place, motion.displacement_O, solution);
+  const ToolIndentation at{Planar(place.p_O), Planar(place.normal_O), motion.displacement_O,
+                           motion.rolled_O};
   return indenter->Press(at, deformation.get(), solution);
 }
 
@@ -99,8 +99,9 @@ ContactResponse TouchModel::SolveFlat(const BoundaryPlace& place,
 bool TouchModel::FieldOf(const BoundaryPlace& place, const Eigen::Vector3d& displacement_O,
                          std::vector<Eigen::Vector3d>* field) noexcept {
   const bool presses = displacement_O.dot(Planar(place.normal_O)) != 0;
-  const ContactResponse response =
-      presses ? Respond(place, displacement_O) : SolveFlat(place, displacement_O, &asked_);
+  const ContactResponse response = presses
+                                       ? Respond(place, {displacement_O, Eigen::Vector3d::Zero()})
+                                       : SolveFlat(place, displacement_O, &asked_);
   if (response.validity == Validity::kFailed) return false;
   deformation->Displacements(asked_, field);
   return true;

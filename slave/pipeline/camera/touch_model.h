@@ -29,16 +29,20 @@ struct TouchModel final : PreparedModel {
 
   [[nodiscard]] const ModelInfo& info() const override { return deformation->info(); }
 
-  // The contact of the tool, or of a round tool's apex, at `place` with displacement
-  // `displacement_O` [m].
+  // Displacement of the tool since its first contact, and of a round one that has turned, how far
+  // it has rolled: see ToolIndentation [m].
+  struct ToolMotion {
+    Eigen::Vector3d displacement_O{0, 0, 0}, rolled_O{0, 0, 0};
+  };
+  // The contact of the tool at `place`.
   [[nodiscard]] ContactResponse Respond(const BoundaryPlace& place,
-                                        const Eigen::Vector3d& displacement_O) noexcept {
-    return Solve(place, displacement_O, &asked_);
+                                        const ToolMotion& motion) noexcept {
+    return Solve(place, motion, &asked_);
   }
   // Solves for the present tool: `pressed` becomes its solution.
   [[nodiscard]] ContactResponse Press(const BoundaryPlace& place,
-                                      const Eigen::Vector3d& displacement_O) noexcept {
-    return Solve(place, displacement_O, &pressed);
+                                      const ToolMotion& motion) noexcept {
+    return Solve(place, motion, &pressed);
   }
   // Displacements of the outline's vertices for the same [m]. False: not known. Across the normal a
   // round tool moves as a flat one does.
@@ -63,6 +67,8 @@ struct TouchModel final : PreparedModel {
 
   // Half the tool's width [m].
   [[nodiscard]] double reach() const { return tool_width_ / 2; }
+  // Radius of the tool's end [m]; 0: flat.
+  [[nodiscard]] double radius() const { return indenter ? indenter->radius() : 0; }
 
   std::shared_ptr<const Outline> outline;  // that the mesh is made of; null: the scene's
   ContactLaw law = ContactLaw::kBonded;
@@ -72,17 +78,15 @@ struct TouchModel final : PreparedModel {
   Solution pressed;                         // of the last Press
   std::unique_ptr<RoundIndenter> indenter;  // null: the tool is flat
   std::unique_ptr<BoundaryContact> contact;
-  std::unique_ptr<BoundaryContact> probe;  // finds the nearest boundary point of any point
+  std::unique_ptr<BoundaryContact> probe;  // finds the place below any tool
   std::vector<std::uint32_t> held;         // vertices of the outline
   // Along the normal, nearest to the tool's home [N/m]; 0: no place is prepared.
   double stiffness_at_home = 0;
 
  private:
-  [[nodiscard]] ContactResponse Solve(const BoundaryPlace& place,
-                                      const Eigen::Vector3d& displacement_O,
+  [[nodiscard]] ContactResponse Solve(const BoundaryPlace& place, const ToolMotion& motion,
                                       Solution* solution) noexcept;
-  [[nodiscard]] ContactResponse Answer(const BoundaryPlace& place,
-                                       const Eigen::Vector3d& displacement_O,
+  [[nodiscard]] ContactResponse Answer(const BoundaryPlace& place, const ToolMotion& motion,
                                        Solution* solution) noexcept;
   [[nodiscard]] ContactResponse SolveFlat(const BoundaryPlace& place,
                                           const Eigen::Vector3d& displacement_O,

@@ -23,9 +23,9 @@ Stiffness StiffnessOf(int elements, double width) {
   scene.tool->width = width;
   const BoundaryMesh mesh = MeshOutline(scene, std::nullopt);
   const auto model = MakeModel(scene, mesh);
-  BoundaryContact contact(mesh);
-  contact.MoveTip({0.04, 0.09});
-  const BoundaryPlace place = contact.MoveTip({0.04, 0.087});
+  BoundaryContact contact(mesh, 0);
+  contact.Move({0.04, 0.09});
+  const BoundaryPlace place = contact.Move({0.04, 0.087});
   const Contact patch{
       Contact::Kind::kDisplacement, {place.p_O.x(), place.p_O.y(), 0}, place.element, width};
   ContactResponse response;

@@ -26,7 +26,7 @@ struct Tracked {
   explicit Tracked(const TestImage& first, int roi = 64)
       : format(first.Render()),
         tip(CutTipTemplate(first.Render(), format, first.tool->tip, first.tool->direction,
-                           first.tool->width, roi)),
+                           {first.tool->width, 0}, roi)),
         tracker(tip, format, {roi, 0.6}, first.tool->tip) {}
   GreyFormat format;
   TipTemplate tip;
@@ -189,7 +189,7 @@ double ReachBeyond(bool has_marks, unsigned seed) {
   painting.noise = 15;
   const cv::Mat image = painting.Render(seed);
   const TipTemplate tip =
-      CutTipTemplate(image, GreyFormat(image), painting.tool->tip, kDown, 17, 64);
+      CutTipTemplate(image, GreyFormat(image), painting.tool->tip, kDown, {17, 0}, 64);
   return tip.pixels.height - 1 - tip.anchor.y();
 }
 

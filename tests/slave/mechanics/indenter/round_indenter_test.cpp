@@ -178,6 +178,23 @@ TEST_F(Block2d, TheMomentIsThatOfThePressureWhereItActs) {
   EXPECT_GT(offset, -0.07) << "and under the tool";
 }
 
+// Reference: on a straight face it is the circle's place that counts. A tool that has rolled on
+// presses as one that touched first where its centre is now, to rounding.
+TEST_F(Block2d, AToolThatHasRolledPressesBelowItsCentre) {
+  Bem2dModel* model = Make(ContactLaw::kBonded);
+  RoundIndenter tool(TouchablePlaces(mesh_), kRadius, ContactLaw::kBonded);
+  Solution solution;
+  ToolIndentation rolled = At(0.016), beside = At(0.016);
+  rolled.displacement_O.x() = beside.displacement_O.x() = 0.003;
+  rolled.rolled_O = {-0.02, 0, 0};
+  beside.p_O.x() += 0.02;
+  const ContactResponse one = tool.Press(rolled, model, &solution);
+  const ContactResponse other = tool.Press(beside, model, &solution);
+  const ContactResponse straight = tool.Press(At(0.016), model, &solution);
+  EXPECT_LT((one.force_O - other.force_O).norm(), 1e-9 * other.force_O.norm());
+  EXPECT_GT((one.force_O - straight.force_O).norm(), 1e-3 * straight.force_O.norm());
+}
+
 TEST_F(Block2d, ATouchThatTheMeshCannotShowIsNotValidAndAnAbsentOneHasNoForce) {
   Bem2dModel* model = Make(ContactLaw::kBonded);
   RoundIndenter tool(TouchablePlaces(mesh_), 0.01, ContactLaw::kBonded);
