@@ -24,6 +24,8 @@ constexpr double kForSteps = 0.6;     // of the deadline; the rest is for what f
 // Share of a motion's square that the newer ones must leave, else it adds no direction [-].
 constexpr double kIndependent = 1e-2;
 constexpr double kMostAhead = 3;  // of a former motion, in the one that is predicted [-]
+// Residual that shows that a contact has gone, of the one that an equilibrium leaves at most [-].
+constexpr double kLetGo = 2;
 constexpr double kSufficient = 1e-4;
 // Where a factor makes digits cheap, the residual is driven this far below the requested one.
 constexpr double kAimDirect = 1e-4, kAimIterative = 0.3, kAimTouching = 0.6;
@@ -126,9 +128,11 @@ bool StaticEquilibrium::Increment(const NodeVector& f_ext, const Constraints& co
 bool StaticEquilibrium::Solve(const NodeVector& f_ext, const Constraints& constraints) noexcept {
   last_u_ = u_;
   Begin();
+  const bool lets_go = LetsGo(constraints);
+  if (lets_go) motion_count_ = 0;
   Predict(constraints);
   if (SolveInParts(f_ext, constraints)) {
-    LearnMotion(constraints);
+    if (!lets_go) LearnMotion(constraints);
     EstimateError(constraints);
     return true;
   }
@@ -169,6 +173,15 @@ bool StaticEquilibrium::SolveInParts(const NodeVector& f_ext,
   }
   last_f_ = f_ext;
   return true;
+}
+
+// Whether a contact that bore a force has gone. It moves the body without moving: this motion, and
+// those in which it moved, predict none of the contacts that are left.
+bool StaticEquilibrium::LetsGo(const Constraints& constraints) noexcept {
+  if (!hyperelastic_ || !holds_others_) return false;
+  if (!is_current_) Update(With::kForces);
+  f_ext_ = last_f_;
+  return FreeResidual(constraints) > kLetGo * params_.residual * std::max(reference_, before_);
 }
 
 // Predicts by the combination of the last motions that fits the present motion of the contacts
