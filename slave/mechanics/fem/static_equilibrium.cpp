@@ -106,7 +106,7 @@ bool StaticEquilibrium::Increment(const NodeVector& f_ext, const Constraints& co
   tools.Load(f_base_, &f_ext_);
   FreeResidual(constraints);
   tools.Judge(u_, reaction_, AimOf(), false);
-  solver_.HoldOthers();
+  solver_.Follow();
   holds_others_ = true;
   Predict(constraints);
   tools.Judge(u_, reaction_, AimOf(), false);
@@ -273,6 +273,7 @@ void StaticEquilibrium::PrepareTangent() noexcept {
   if (has_tangent_ || std::exchange(tangent_serves_, false)) return;
   if (hyperelastic_) {
     Update(With::kTangent);
+    solver_.Follow();  // far from the last one, unlike that of a motion that was predicted
   } else {
     body_.AssembleTangent(0, 1, tangent_);
     has_tangent_ = true;
@@ -344,7 +345,7 @@ bool StaticEquilibrium::Iterate(const Constraints& constraints, double part) noe
 // Updates the contact of the tools after a step: touching nodes and their friction. True: the tools
 // move further nodes.
 bool StaticEquilibrium::Touch(const Constraints& constraints) noexcept {
-  if (tools_->Judge(u_, reaction_, AimOf(), true)) solver_.HoldOthers();
+  if (tools_->Judge(u_, reaction_, AimOf(), true)) solver_.Follow();
   tools_->Load(f_base_, &f_ext_);
   return constraints.Lift(u_, 1, lift_) > GapSlack();
 }
