@@ -115,9 +115,9 @@ std::size_t LinearSolver::memory_bytes() const {
 
 SolveOutcome LinearSolver::Solve(const BlockMatrix& A, const Constraints& constraints,
                                  NodeVector& r, NodeVector& x, double target) noexcept {
-  if (due_ || (late_factor_ && !has_factor() && spent_ >= late_worth_))
-    Prepare(A, constraints.held(), Kind::kSingle);
-  if (std::exchange(holds_others_, false)) FollowHeld(A, constraints.held());
+  const bool was_due = due_ || (late_factor_ && !has_factor() && spent_ >= late_worth_);
+  if (was_due) Prepare(A, constraints.held(), Kind::kSingle);
+  if (std::exchange(follows_, false) && !was_due) FollowMatrix(A, constraints.held());
   if (next_ != Next::kNone) ContinueNext(A, constraints.held());
   const double digits = std::log10(Norm(r) / std::max(target, kTiny));
   SolveOutcome outcome = Iterate(A, constraints, r, x, target);
@@ -150,18 +150,21 @@ void LinearSolver::Prepare(const BlockMatrix& A, const HeldComponents& held, Kin
 }
 
 // Components that a factor wrongly fixes or frees cost a few iterations. They count towards the
-// factor's age.
-void LinearSolver::FollowHeld(const BlockMatrix& A, const HeldComponents& held) noexcept {
-  if (kind_ == Kind::kDiagonal ||
-      (kind_ == Kind::kGrids && !grids_->Renew(A, held.free, held.guides))) {
-    InvertDiagonal(A, held);
-  }
+// factor's age. Grids that the matrix does not suit are tried again with the next one.
+void LinearSolver::FollowMatrix(const BlockMatrix& A, const HeldComponents& held) noexcept {
+  if (has_factor()) return;
+  renewed_ = kind_ == Kind::kGrids && grids_->Renew(A, held.free, held.guides);
+  if (renewed_) return;
+  InvertDiagonal(A, held);
+  due_ = grids_.has_value();
 }
 
 // Grids that have aged take the new matrix; if that does not make them young, the coarse one too.
+// A coarse grid made before a contact held the body would move what it holds.
 void LinearSolver::PrepareGrids(const BlockMatrix& A, const HeldComponents& held) noexcept {
   const bool aged = excess_ > refactor_worth_;
-  const bool coarse_serves = coarse_serves_ && !(aged && renewed_);
+  const bool coarse_serves = coarse_serves_ && !(aged && renewed_) &&
+                             (kind_ != Kind::kNone || grids_->CoarseFixes(held.free));
   renewed_ = coarse_serves && aged;
   young_iterations_ = -1;
   if (!renewed_) young_rate_ = 0;

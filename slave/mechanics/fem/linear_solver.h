@@ -45,8 +45,8 @@ class LinearSolver {
   void Renew() noexcept { due_ = true; }
   // The set of fixed components has changed as well.
   void Reset() noexcept;
-  // Other components are fixed, so few that what was made for the others serves.
-  void HoldOthers() noexcept { holds_others_ = true; }
+  // The matrix or the fixed components changed so little that a factor serves. Grids follow them.
+  void Follow() noexcept { follows_ = true; }
   // A x = b: `r` is P^T (b - A x) on entry and exit, x changes within the possible motions until
   // the norm of r is at most `target`. Allocation-free.
   SolveOutcome Solve(const BlockMatrix& A, const Constraints& constraints, NodeVector& r,
@@ -61,7 +61,7 @@ class LinearSolver {
   void Prepare(const BlockMatrix& A, const HeldComponents& held, Kind kind) noexcept;
   bool Factor(const BlockMatrix& A, const HeldComponents& held, Kind kind) noexcept;
   void PrepareGrids(const BlockMatrix& A, const HeldComponents& held) noexcept;
-  void FollowHeld(const BlockMatrix& A, const HeldComponents& held) noexcept;
+  void FollowMatrix(const BlockMatrix& A, const HeldComponents& held) noexcept;
   [[nodiscard]] bool has_factor() const { return kind_ == Kind::kSingle || kind_ == Kind::kDouble; }
   void InvertDiagonal(const BlockMatrix& A, const HeldComponents& held) noexcept;
   void Precondition(const Constraints& constraints, const NodeVector& r, NodeVector& z) noexcept;
@@ -102,8 +102,8 @@ class LinearSolver {
   Eigen::VectorXd double_x_;
   std::optional<TwoGrid> grids_;        // of large bodies
   bool coarse_serves_ = false;          // of the grids, for later matrices too
-  bool renewed_ = false;                // the grids, for their age
-  bool holds_others_ = false;           // than when the grids were made
+  bool renewed_ = false;                // the fine grid, since the coarse one was made
+  bool follows_ = false;                // what was made for another matrix
   double young_rate_ = 0;               // least iterations per digit with these grids
   std::vector<double> inverse_blocks_;  // nine per row, where all else fails
   Kind kind_ = Kind::kNone;

@@ -24,6 +24,8 @@ constexpr double kForSteps = 0.6;     // share of the deadline for steps; the re
 // Share of a motion's square that the newer ones must leave, else it adds no direction [-].
 constexpr double kIndependent = 1e-2;
 constexpr double kMaxAhead = 3;  // largest factor of an earlier motion in the prediction [-]
+// Residual that shows that a contact has gone, of the one that an equilibrium leaves at most [-].
+constexpr double kLetGo = 2;
 constexpr double kSufficient = 1e-4;
 // Where a factor makes digits cheap, the residual is driven this far below the requested one.
 constexpr double kAimDirect = 1e-4, kAimIterative = 0.3, kAimTouching = 0.6;
@@ -104,7 +106,7 @@ bool StaticEquilibrium::Increment(const NodeVector& f_ext, const Constraints& co
   tools.Load(f_base_, &f_ext_);
   FreeResidual(constraints);
   tools.UpdateTouching(u_, reaction_, TargetResidual(), false);
-  solver_.HoldOthers();
+  solver_.Follow();
   has_new_constraints_ = true;
   Predict(constraints);
   tools.UpdateTouching(u_, reaction_, TargetResidual(), false);
@@ -126,9 +128,11 @@ bool StaticEquilibrium::Increment(const NodeVector& f_ext, const Constraints& co
 bool StaticEquilibrium::Solve(const NodeVector& f_ext, const Constraints& constraints) noexcept {
   last_u_ = u_;
   Begin();
+  const bool lets_go = LetsGo(constraints);
+  if (lets_go) motion_count_ = 0;
   Predict(constraints);
   if (SolveInParts(f_ext, constraints)) {
-    LearnMotion(constraints);
+    if (!lets_go) LearnMotion(constraints);
     EstimateError(constraints);
     return true;
   }
@@ -169,6 +173,15 @@ bool StaticEquilibrium::SolveInParts(const NodeVector& f_ext,
   }
   last_f_ = f_ext;
   return true;
+}
+
+// Whether a contact that bore a force has gone. It moves the body without moving: this motion, and
+// those in which it moved, predict none of the contacts that are left.
+bool StaticEquilibrium::LetsGo(const Constraints& constraints) noexcept {
+  if (!hyperelastic_ || !has_new_constraints_) return false;
+  if (!is_current_) Update(With::kForces);
+  f_ext_ = last_f_;
+  return FreeResidual(constraints) > kLetGo * params_.residual * std::max(reference_, before_);
 }
 
 // Predicts by the combination of the last motions that fits the present motion of the contacts
@@ -260,6 +273,7 @@ void StaticEquilibrium::PrepareTangent() noexcept {
   if (has_tangent_ || std::exchange(keeps_tangent_, false)) return;
   if (hyperelastic_) {
     Update(With::kTangent);
+    solver_.Follow();  // far from the last one, unlike that of a motion that was predicted
   } else {
     body_.AssembleTangent(0, 1, tangent_);
     has_tangent_ = true;
@@ -331,7 +345,7 @@ bool StaticEquilibrium::Iterate(const Constraints& constraints, double part) noe
 // Updates the contact of the tools after a step: touching nodes and their friction. True: the tools
 // move further nodes.
 bool StaticEquilibrium::Touch(const Constraints& constraints) noexcept {
-  if (tools_->UpdateTouching(u_, reaction_, TargetResidual(), true)) solver_.HoldOthers();
+  if (tools_->UpdateTouching(u_, reaction_, TargetResidual(), true)) solver_.Follow();
   tools_->Load(f_base_, &f_ext_);
   return constraints.Lift(u_, 1, lift_) > GapTolerance();
 }

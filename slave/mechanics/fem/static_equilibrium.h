@@ -74,6 +74,7 @@ class StaticEquilibrium {
   bool SolveInParts(const NodeVector& f_ext, const Constraints& constraints) noexcept;
   bool Iterate(const Constraints& constraints, double part) noexcept;
   bool Touch(const Constraints& constraints) noexcept;
+  bool LetsGo(const Constraints& constraints) noexcept;
   void Predict(const Constraints& constraints) noexcept;
   void LearnMotion(const Constraints& constraints) noexcept;
   void EstimateError(const Constraints& constraints) noexcept;

@@ -108,6 +108,22 @@ struct FineMatrix {
   double scale;
 };
 
+// Copies the coupling of free components, scaled to about one, to blocks that have room for one
+// number more.
+PALPATE_DISPATCHED void CopyFree(const FineMatrix& A, int rows, float* blocks) {
+  for (int row = 0; row < rows; ++row) {
+    const Double4 free_row = A.scale * Load4(A.free[row].v);
+    for (int k = A.begin[row]; k < A.begin[row + 1]; ++k) {
+      const std::size_t at = 9 * static_cast<std::size_t>(k);
+      const double* free_column = A.free[A.column[k]].v;
+      for (std::size_t c = 0; c < 3; ++c) {
+        const Double4 column = free_column[c] * free_row * Load4(A.values + at + 3 * c);
+        Store(blocks + at + 3 * c, __builtin_convertvector(column, Float4));
+      }
+    }
+  }
+}
+
 struct CoarseRow {
   int *vertex, *slot;  // about one row of the fine grid; per vertex: its place there, or -1
   NodeValue* sums;     // three columns each
@@ -185,6 +201,7 @@ TwoGrid::TwoGrid(std::span<const Vector3d> points, const BlockPattern& pattern)
     : pattern_(pattern),
       places_(points.size()),
       free_(points.size()),
+      coarse_free_(points.size()),
       values_(9 * Index(pattern.blocks()) + 1),
       inverse_(9 * points.size() + 1),
       r_(points.size()),
@@ -268,7 +285,7 @@ void TwoGrid::FindGrid(std::span<const Vector3d> points, int most) {
 
 std::size_t TwoGrid::memory_bytes() const {
   return sizeof(double) * (coarse_.size() + coarse_r_.size()) + places_.size() * sizeof(GridPlace) +
-         sizeof(float) * (values_.size() + inverse_.size()) + free_.size() * sizeof(NodeValue) +
+         sizeof(float) * (values_.size() + inverse_.size()) + 2 * free_.size() * sizeof(NodeValue) +
          3 * r_.size() * sizeof(Single);
 }
 
@@ -284,10 +301,21 @@ bool TwoGrid::Factor(const BlockMatrix& A, const NodeVector& free,
   return Renew(A, free, guides) && FactorCoarse(A);
 }
 
+bool TwoGrid::CoarseFixes(const NodeVector& free) const noexcept {
+  for (std::size_t i = 0; i < coarse_free_.size(); ++i) {
+    for (std::size_t c = 0; c < 3; ++c) {
+      if (coarse_free_[i].v[c] > free[i].v[c]) return false;
+    }
+  }
+  return true;
+}
+
 bool TwoGrid::Renew(const BlockMatrix& A, const NodeVector& free,
                     std::span<const Guide> guides) noexcept {
   std::copy_n(free.begin(), free_.size(), free_.begin());
-  CopyFree(A);
+  CopyFree({pattern_.graph.begin.data(), pattern_.graph.column.data(), A.block(0), free_.data(),
+            places_.data(), scale_},
+           pattern_.rows(), values_.data());
   return InvertDiagonal(A) &&
          std::ranges::all_of(guides, [&](const Guide& guide) { return GuideRow(A, guide); });
 }
@@ -312,23 +340,6 @@ bool TwoGrid::GuideRow(const BlockMatrix& A, const Guide& guide) noexcept {
   return true;
 }
 
-// Copies the coupling of free components, scaled to about one.
-void TwoGrid::CopyFree(const BlockMatrix& A) noexcept {
-  for (int i = 0; i < pattern_.rows(); ++i) {
-    const double* row = At(free_, i).v;
-    for (int k = pattern_.graph.begin[Index(i)]; k < pattern_.graph.begin[Index(i) + 1]; ++k) {
-      const double* column = At(free_, pattern_.graph.column[Index(k)]).v;
-      const double* from = A.block(k);
-      float* to = &values_[9 * Index(k)];
-      for (std::size_t c = 0; c < 3; ++c) {
-        for (std::size_t r = 0; r < 3; ++r) {
-          to[3 * c + r] = static_cast<float>(scale_ * row[r] * column[c] * from[3 * c + r]);
-        }
-      }
-    }
-  }
-}
-
 bool TwoGrid::InvertDiagonal(const BlockMatrix& A) noexcept {
   for (int i = 0; i < pattern_.rows(); ++i) {
     Eigen::Matrix3d block =
@@ -347,6 +358,7 @@ bool TwoGrid::InvertDiagonal(const BlockMatrix& A) noexcept {
 }
 
 bool TwoGrid::FactorCoarse(const BlockMatrix& A) noexcept {
+  coarse_free_ = free_;
   for (double shift = kMinShift; shift <= kMaxShift; shift *= 1e5) {
     std::ranges::fill(coarse_, 0.0);
     AddCoarse({pattern_.graph.begin.data(), pattern_.graph.column.data(), A.block(0), free_.data(),

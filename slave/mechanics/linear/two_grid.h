@@ -41,6 +41,8 @@ class TwoGrid {
   // Factors with the coarse grid of the last Factor, which suits similar matrices and other fixed
   // components.
   bool Renew(const BlockMatrix& A, const NodeVector& free, std::span<const Guide> guides) noexcept;
+  // Whether the last Factor fixed all that `free` fixes.
+  [[nodiscard]] bool CoarseFixes(const NodeVector& free) const noexcept;
   // z = M^-1 r on the free components of the pattern's rows, zero elsewhere. Allocation-free.
   void Solve(const NodeVector& r, NodeVector& z) noexcept;
 
@@ -53,7 +55,6 @@ class TwoGrid {
 
   void FindGrid(std::span<const Eigen::Vector3d> points, int most);
   bool InvertDiagonal(const BlockMatrix& A) noexcept;
-  void CopyFree(const BlockMatrix& A) noexcept;
   bool GuideRow(const BlockMatrix& A, const Guide& guide) noexcept;
   bool FactorCoarse(const BlockMatrix& A) noexcept;
   void CorrectCoarsely() noexcept;
@@ -70,7 +71,7 @@ class TwoGrid {
   NodeVector coarse_nodes_;       // the same by vertices
   std::vector<int> near_, slot_;  // coarse vertices about one row
   NodeVector sums_;               // the row's products with them
-  NodeVector free_;
+  NodeVector free_, coarse_free_;
   double scale_ = 1;
   std::vector<float> values_;   // nine per block, and room for one more
   std::vector<float> inverse_;  // the same of the diagonal
