@@ -15,7 +15,7 @@ const SPEED = 0.25;  // of the film, so that a browser without a graphics card d
 const FOLDER = path.join(SCRATCH, 'film'), RECORDING = path.join(SCRATCH, 'film.mcap');
 const toImage = cameraOf({ pixel: 0.35, centre: [44, 54] });  // as deploy/scenes/silicone-block.yaml has it
 
-const isCalm = ({ alarms, link, state }) => !alarms.length && link.word === 'connected' && state === 'FOLLOWING';
+const isCalm = ({ alarms, link, state }) => !alarms.length && link.word === 'good' && state === 'FOLLOWING';
 const forceOf = ({ chain }) => size(chain.sent);
 
 // A picture per width, each while `isReady` holds.
@@ -99,7 +99,7 @@ test('pictures of the set-up', async () => {
     await person.freezeAtRest(tip);
     await person.next();
     for (const corner of corners.slice(0, 2)) await person.click(corner);
-    await person.fill('scale.length', 88);
+    await person.fillScale('88');
     await person.next();
     for (const [key, value] of [['width', 88], ['height', 88], ['thickness', 9]]) await person.fill(`object.${key}`, value);
     for (const corner of corners) await person.click(corner);
