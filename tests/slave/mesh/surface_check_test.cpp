@@ -80,7 +80,8 @@ TEST(SurfaceCheckTest, RefusesWhatHasNoInside) {
   SurfaceMesh apart = Cube({0, 0, 0}, 1);
   apart.nodes.push_back(apart.nodes[apart.triangles[0][0]]);
   apart.triangles[0][0] = static_cast<int>(apart.nodes.size()) - 1;
-  EXPECT_THAT(CheckMesh(apart).refusals, Contains(HasSubstr("1 nodes have the position of another")));
+  EXPECT_THAT(CheckMesh(apart).refusals,
+              Contains(HasSubstr("1 nodes have the position of another")));
   EXPECT_THAT(CheckMesh(one_sided).refusals, ElementsAre(HasSubstr("one-sided")));
   EXPECT_THAT(CheckMesh(flat).refusals[0], HasSubstr("without area"));
   EXPECT_THAT(CheckMesh(twice).refusals[0], HasSubstr("element 12 has the nodes of element 3"));

@@ -300,11 +300,11 @@ TEST(NeoHookeanModel, EveryAnswersErrorIsEstimated) {
   }
 }
 
-// Law: whatever the queries before were, an estimate is that of its own answer: after jumps from any
-// contacts to any others, tools that hold still and tools that are lifted off, the true difference
-// to the converged force is within two estimates in 95 % (the required bound). No estimate is zero,
-// and no more than one in ten is above ten times its difference, as another query's would be: the
-// differences themselves range over three decades.
+// Law: whatever the queries before were, an estimate is that of its own answer: after jumps from
+// any contacts to any others, tools that hold still and tools that are lifted off, the true
+// difference to the converged force is within two estimates in 95 % (the required bound). No
+// estimate is zero, and no more than one in ten is above ten times its difference, as another
+// query's would be: the differences themselves range over three decades.
 TEST(NeoHookeanModel, AfterJumpsAnEstimateIsThatOfItsAnswer) {
   const SolidMesh mesh = Block(14);
   FemModel model(mesh, OnFloor(mesh), Organ(5e-2)), converged(mesh, OnFloor(mesh), Organ(1e-9));
@@ -313,7 +313,7 @@ TEST(NeoHookeanModel, AfterJumpsAnEstimateIsThatOfItsAnswer) {
   std::vector<Contact> contacts;
   int answers_seen = 0, within = 0, far_above = 0;
   for (int k = 0; k < 36; ++k) {
-    if (k % 3 < 2) {  // else they hold still
+    if (k % 3 < 2) {            // else they hold still
       const int which = k % 4;  // both, the first, both, the second
       contacts.clear();
       if (which != 3) contacts.push_back(Disc(0.3, 0.3, {aside(random), 0, -depth(random)}));
