@@ -201,7 +201,7 @@ void Declare(CLI::App* app, Arguments* a, DoctorArguments* doctor) {
       "Record ticks, states and commands, and images and shapes eight times a second, for "
       "replay; to FILE-2.mcap, ... if it exists");
   Add(connect, "--record-limit", &a->record_limit, "SIZE",
-      "Total size at which the recording ends; one hour takes 1.2 GB or more")
+      "Total size at which the recording ends; one hour takes 0.7 GB or more")
       ->capture_default_str();
   Add(connect, "--record-part", &a->record_part, "S",
       "Start a new file (FILE-0001.mcap, FILE-0002.mcap) after this many seconds; replay "

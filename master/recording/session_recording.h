@@ -4,8 +4,8 @@
 //   /master/command        palpate.v1.OperatorCommand, as sent
 //   /slave/state           palpate.v1.SlaveState, as received, without the keys of datagrams; time
 //                          of arrival, master's clock
-//   /slave/image           foxglove.CompressedImage, JPEG with overlays, at most eight a second
-//   /slave/mesh            palpate.v1.MeshState, at most eight a second
+//   /slave/image           foxglove.CompressedImage, JPEG with overlays, at most two a second
+//   /slave/mesh            palpate.v1.MeshState, at most two a second
 //   /slave/trace           palpate.v1.TraceUpdate: times of each sample in the stages of the slave
 //   /slave/scene           palpate.v1.SceneDescription, at each change
 //   /slave/health          palpate.v1.Status, one a second
@@ -55,7 +55,7 @@ class SessionRecording {
   void OnCommand(const OperatorCommand& command);
   // Views of the slave that a recording needs.
   static constexpr ObservedViews kViews{
-      .image_rate = 8, .mesh_rate = 8, .traction = true, .field = true};
+      .image_rate = 2, .mesh_rate = 2, .traction = true, .field = true};
   // Takes a message of an Observer. Keeps at most kViews of the images and meshes.
   void OnObserved(const google::protobuf::Message& message);
   // Writes a line of the log. `is_alarm`: it is a warning.
