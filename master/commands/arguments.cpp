@@ -198,7 +198,7 @@ void Declare(CLI::App* app, Arguments* a, DoctorArguments* doctor) {
   Add(connect, "--report", &a->report, "FILE", "Write a summary of the run as JSON");
   Add(connect, "--log", &a->log, "FILE", "Write every tick as CSV");
   Add(connect, "--record", &a->record, "FILE.mcap",
-      "Record ticks, states and commands, and images and shapes eight times a second, for "
+      "Record ticks, states and commands, and images and shapes twice a second, for "
       "replay; to FILE-2.mcap, ... if it exists");
   Add(connect, "--record-limit", &a->record_limit, "SIZE",
       "Total size at which the recording ends; one hour takes 0.7 GB or more")

@@ -46,7 +46,7 @@ struct Asker {
   }
 
   beast::tcp_stream stream;
-  beast::flat_buffer heard;
+  beast::flat_buffer buffer;
   http::request_parser<http::empty_body> parser;
   http::response<http::string_body> answer;
 };
@@ -138,7 +138,7 @@ void MetricsPage::Parts::Accept() {
 }
 
 void MetricsPage::Parts::Read(const std::shared_ptr<Asker>& asker) {
-  http::async_read_header(asker->stream, asker->heard, asker->parser,
+  http::async_read_header(asker->stream, asker->buffer, asker->parser,
                           [this, asker](error_code error, std::size_t /*bytes*/) {
                             if (!error) Answer(asker);
                           });

@@ -65,11 +65,11 @@ ContactEstimate LiveSlave::Estimate() {
 }
 
 bool LiveSlave::Command(const OperatorCommand& command) noexcept {
-  OperatorCommand heard = command;
-  // Whoever goes by other numbers than ours would move the tool otherwise than meant.
+  OperatorCommand accepted = command;
+  // An operator with the settings of before would move the tool elsewhere than meant.
   const std::uint32_t known = command.settings_revision;
-  if (known != 0 && known != settings_.revision()) heard.engaged = false;
-  return port_.Command(heard, Clock::now());
+  if (known != 0 && known != settings_.revision()) accepted.engaged = false;
+  return port_.Command(accepted, Clock::now());
 }
 
 ContactState LiveSlave::ContactStateNow() const {

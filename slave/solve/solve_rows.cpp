@@ -204,20 +204,20 @@ std::vector<std::string> FlagRemarks(const std::vector<SolveRow>& rows) {
   struct FlagCount {
     std::size_t first = 0, count = 0;
   };
-  std::map<std::string_view, FlagCount> doubts;
+  std::map<std::string_view, FlagCount> by_reason;
   for (std::size_t i = 0; i < rows.size(); ++i) {
     if (rows[i].response.validity != Validity::kExtrapolated) continue;
-    FlagCount& flag_reason = doubts[ReasonOf(rows[i])];
-    if (flag_reason.count++ == 0) flag_reason.first = i;
+    FlagCount& flagged = by_reason[ReasonOf(rows[i])];
+    if (flagged.count++ == 0) flagged.first = i;
   }
   std::vector<std::string> remarks;
-  for (const auto& [why, flag_reason] : doubts) {
-    const SolveRow& row = rows[flag_reason.first];
+  for (const auto& [reason, flagged] : by_reason) {
+    const SolveRow& row = rows[flagged.first];
     const Eigen::Vector3d& p = row.contact.p_O;
     remarks.push_back(Formatted(
         "%zu of %zu rows are extrapolated, first row %zu (case %s at %.6g, %.6g, %.6g): %.*s",
-        flag_reason.count, rows.size(), flag_reason.first + 1, row.case_name.c_str(), p.x(), p.y(),
-        p.z(), static_cast<int>(why.size()), why.data()));
+        flagged.count, rows.size(), flagged.first + 1, row.case_name.c_str(), p.x(), p.y(), p.z(),
+        static_cast<int>(reason.size()), reason.data()));
   }
   return remarks;
 }

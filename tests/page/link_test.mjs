@@ -157,7 +157,7 @@ test('a tick is read by the names of its message', () => {
 
 test('a displacement field is read with its topology, and not with another', () => {
   let kind, message;
-  link = new Link((...heard) => ([kind, message] = heard), () => {}, () => {});
+  link = new Link((...received) => ([kind, message] = received), () => {}, () => {});
   const header = (topic, number) => {
     const bytes = new DataView(new ArrayBuffer(16));
     bytes.setUint32(0, topic, true);

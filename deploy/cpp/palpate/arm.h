@@ -83,7 +83,7 @@ class ArmDriver {
 
   void Take(const v1::ArmTarget& target) {
     const std::lock_guard lock(mutex_);
-    heard_ = Clock::now();
+    received_at_ = Clock::now();
     target_ = target.sequence();
     ++exchange_.targets;
     if (target.motion() == v1::ArmTarget::MOTION_FOLLOW) {
@@ -94,7 +94,7 @@ class ArmDriver {
   }
   v1::ArmReport Report(double dt) {
     const std::lock_guard lock(mutex_);
-    if (Seconds(heard_) > kSilence) arm_.Hold();
+    if (Seconds(received_at_) > kSilence) arm_.Hold();
     const ArmReading reading = arm_.Measure(dt);
     v1::ArmReport report;
     report.set_sequence(++exchange_.reports);
@@ -114,7 +114,7 @@ class ArmDriver {
   const std::string name_;
   std::atomic<bool> has_ended_ = false;
   std::mutex mutex_;  // guards everything below
-  Clock::time_point heard_ = Clock::now();
+  Clock::time_point received_at_ = Clock::now();
   std::uint64_t target_ = 0;
   Exchange exchange_;
 };

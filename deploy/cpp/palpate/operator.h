@@ -184,7 +184,7 @@ class Operator {
   // The tool follows, and states arrive.
   [[nodiscard]] bool IsAlive() const {
     return offset_ && IsFollowing() &&
-           std::chrono::duration<double>(Clock::now() - heard_).count() < silence_;
+           std::chrono::duration<double>(Clock::now() - received_at_).count() < silence_;
   }
   void Check() const {
     if (!ended_) return;
@@ -220,7 +220,7 @@ class Operator {
       const std::lock_guard lock(mutex_);
       if (!is_moving_) states_.clear();
       states_.emplace_back(message);
-      heard_ = Clock::now();
+      received_at_ = Clock::now();
       changed_.notify_all();
     }
     const auto status = stream_->Finish();
@@ -290,7 +290,7 @@ class Operator {
   std::condition_variable changed_;
   std::vector<State> states_;  // the newest, and during a motion all since it began
   bool is_moving_ = false;
-  Clock::time_point heard_{};
+  Clock::time_point received_at_{};
   // The settings of the scene as of the last engagement. Before the first one no motion needs them.
   double scale_ = 1;
   std::array<double, 9> rotation_{1, 0, 0, 0, 1, 0, 0, 0, 1};  // R_SM, row-major

@@ -111,8 +111,8 @@ struct Caller : std::enable_shared_from_this<Caller> {
 }  // namespace
 
 struct PageServer::Parts {
-  Parts(const Endpoint& endpoint, const NoticeBoard* shown, Listener heard, PageAccess asked)
-      : board(shown), listener(std::move(heard)), access(std::move(asked)), acceptor(context) {
+  Parts(const Endpoint& endpoint, const NoticeBoard* shown, Listener on_message, PageAccess asked)
+      : board(shown), listener(std::move(on_message)), access(std::move(asked)), acceptor(context) {
     Listen(endpoint);
     const auto left = std::move(listener.left);
     listener.left = [this, left](std::uint64_t page) {

@@ -48,16 +48,16 @@ void PageSession::Start(const PageRequest& request) {
 }
 
 void PageSession::Read() {
-  heard_.clear();
-  socket_.async_read(heard_,
-                     [self = shared_from_this()](beast::error_code error, std::size_t bytes) {
-                       if (error) {
-                         self->open_ = false;
-                         self->socket_.next_layer().tcp().cancel();
-                         return;
-                       }
-                       self->Receive({static_cast<const char*>(self->heard_.data().data()), bytes});
-                     });
+  received_.clear();
+  socket_.async_read(
+      received_, [self = shared_from_this()](beast::error_code error, std::size_t bytes) {
+        if (error) {
+          self->open_ = false;
+          self->socket_.next_layer().tcp().cancel();
+          return;
+        }
+        self->Receive({static_cast<const char*>(self->received_.data().data()), bytes});
+      });
 }
 
 void PageSession::Receive(std::string_view message) {

@@ -124,7 +124,7 @@ class PageSession : public std::enable_shared_from_this<PageSession> {
   const std::uint64_t number_;
   const NoticeBoard* const board_;
   const PageServer::Listener* const listener_;
-  boost::beast::flat_buffer heard_;
+  boost::beast::flat_buffer received_;
   NoticeBoard::Seen seen_{};
   Topic last_ = Topic::kShape;       // the first topic comes first
   NoticeBoard::Bytes writing_;       // null: no pending write

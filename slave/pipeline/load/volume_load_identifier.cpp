@@ -181,10 +181,10 @@ void VolumeLoadIdentifier::Place(const TriangleLoad& best, SurfaceLoad* load) {
 
 void VolumeLoadIdentifier::CheckFit(const std::vector<SurfacePoint>& points_O,
                                     const TriangleLoad& best, SurfaceLoad* load) noexcept {
-  const double flag_reason = std::clamp(load->residual / VolumeLimits::kTrusted,
+  const double noise_share = std::clamp(load->residual / VolumeLimits::kTrusted,
                                         VolumeLimits::kMinResidual / VolumeLimits::kTrusted, 1.0);
   load->validity = Validity::kValid;
-  const double least = NoiseLimits::kSignificant * flag_reason;
+  const double least = NoiseLimits::kSignificant * noise_share;
   if (best.explained < least * least) {
     load->force = load->depth = load->sigma_place = 0;
     return;

@@ -50,23 +50,23 @@ bool PageClient::Fill() {
   std::array<char, 65536> buffer{};
   const ssize_t size = recv(socket_, buffer.data(), buffer.size(), 0);
   if (size <= 0) return false;
-  heard_.append(buffer.data(), static_cast<std::size_t>(size));
+  received_.append(buffer.data(), static_cast<std::size_t>(size));
   return true;
 }
 
 std::string PageClient::ReadAll() {
   while (Fill()) {
   }
-  return std::exchange(heard_, {});
+  return std::exchange(received_, {});
 }
 
 std::string PageClient::ReadUntil(std::string_view end) {
   std::size_t at = 0;
-  while ((at = heard_.find(end)) == std::string::npos) {
-    if (!Fill()) return std::exchange(heard_, {});
+  while ((at = received_.find(end)) == std::string::npos) {
+    if (!Fill()) return std::exchange(received_, {});
   }
-  std::string text = heard_.substr(0, at + end.size());
-  heard_.erase(0, at + end.size());
+  std::string text = received_.substr(0, at + end.size());
+  received_.erase(0, at + end.size());
   return text;
 }
 
@@ -84,12 +84,12 @@ std::string PageClient::Upgrade(const std::string& host, const std::string& orig
 
 std::optional<PageClient::Frame> PageClient::ReadFrame() {
   const auto need = [this](std::size_t size) {
-    while (heard_.size() < size) {
+    while (received_.size() < size) {
       if (!Fill()) return false;
     }
     return true;
   };
-  const auto byte = [this](std::size_t i) { return static_cast<std::uint8_t>(heard_[i]); };
+  const auto byte = [this](std::size_t i) { return static_cast<std::uint8_t>(received_[i]); };
   if (!need(2)) return std::nullopt;
   std::size_t size = byte(1) & 0x7f, head = 2;
   const std::size_t more = size == 126 ? 2 : size == 127 ? 8 : 0;
@@ -98,9 +98,9 @@ std::optional<PageClient::Frame> PageClient::ReadFrame() {
   for (std::size_t i = 0; i < more; ++i) size = size << 8 | byte(head + i);
   head += more;
   if (!need(head + size)) return std::nullopt;
-  Frame frame{byte(0) & 0x0f, heard_.substr(head, size)};
+  Frame frame{byte(0) & 0x0f, received_.substr(head, size)};
   const bool is_whole = (byte(0) & 0x80) != 0;
-  heard_.erase(0, head + size);
+  received_.erase(0, head + size);
   if (is_whole) return frame;
   const auto rest = ReadFrame();  // long messages come in parts
   if (!rest) return std::nullopt;

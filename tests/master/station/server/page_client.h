@@ -55,7 +55,7 @@ class PageClient {
   bool Fill();
 
   int socket_;
-  std::string heard_;
+  std::string received_;
 };
 
 }  // namespace palpate
