@@ -165,11 +165,21 @@ void SurfaceFootprints::FindDisc(const Contact& contact, PatchBasis basis,
   footprint->patch_error = footprint->reach = footprint->narrower = 0;
   if (contact.width == 0) return;
   FindPatch(footprint->at, contact.p_O, contact.width);
-  footprint->patch_error = PatchError(CoverOf(patch_, basis));
-  if (footprint->patch_error == 0 || held_.empty() || !may_widen_) return;
+  const PatchCover cover = CoverOf(patch_, basis);
+  footprint->patch_error = PatchError(cover);
+  if (held_.empty() || !may_widen_) return;
+  if (footprint->patch_error == 0) return CorrectWidth(contact.width, cover, footprint);
   if (!FindWiderDisc(contact, basis, footprint)) {
     FindPatch(footprint->at, contact.p_O, contact.width);
   }
+}
+
+// The places of a displacement; a load's displacement is their mean, whose error is another one.
+void SurfaceFootprints::CorrectWidth(double width, const PatchCover& cover,
+                                     ContactFootprint* footprint) {
+  if (cover.basis != PatchBasis::kMovedNodes && cover.basis != PatchBasis::kMovedNodes10) return;
+  if (!IsWholeAndPlane(width) || HoldsPatch()) return;
+  footprint->narrower = 2 / width * (1 - 1 / PatchStiffness(cover));
 }
 
 // Searches from the first width that may contain three pieces.
@@ -253,7 +263,7 @@ template <class PositionOf>
 void SurfaceFootprints::SetArms(const Contact& contact, const PositionOf& at,
                                 ContactFootprint* footprint) const {
   footprint->arms.clear();
-  if (footprint->narrower != 0) return;
+  if (footprint->reach != 0) return;
   for (const PlaceWeight& touched : footprint->places) {
     footprint->arms.push_back(at(touched.place) - contact.p_O);
   }

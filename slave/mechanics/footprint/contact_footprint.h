@@ -44,9 +44,10 @@ struct ContactFootprint {
   bool point = true;                  // at most kMaxPointPlaces places
   Eigen::Vector3d normal_O{0, 0, 0};  // outward, unit; the direction of frictionless contacts
   double patch_error = 0;             // PatchError (mesh_resolution.h)
-  // If the places represent a wider disc (SurfaceFootprints): its radius [m]; and the additional
-  // compliance of the contact's own disc, in DiscCompliance over E: 1 / radius minus that of a disc
-  // as compliant as the places [1/m]. Else 0.
+  // If the places represent a wider disc (SurfaceFootprints): its radius [m]; else 0.
+  // `narrower`: additional compliance of the contact's own disc, in DiscCompliance over E: 1 /
+  // radius minus that of a disc as compliant as the places [1/m]. Negative: the places are more
+  // compliant.
   double reach = 0, narrower = 0;
   SurfacePlace at;    // where the contact's centre meets the surface
   int triangle = -1;  // the same, of the linear surface of a volume (VolumeFootprints); else -1
@@ -125,6 +126,9 @@ class SurfaceFootprints {
   bool AddShare(int triangle, const Eigen::Vector3d& p_O, double radius);
   // FindPatch, and whether the mesh follows it.
   void FindDisc(const Contact& contact, PatchBasis basis, ContactFootprint* footprint);
+  // Sets `narrower` by the estimated stiffness of the places, for a tool on a flat part of the
+  // mesh.
+  void CorrectWidth(double width, const PatchCover& cover, ContactFootprint* footprint);
   bool FindWiderDisc(const Contact& contact, PatchBasis basis, ContactFootprint* footprint);
   [[nodiscard]] bool IsWholeAndPlane(double width) const;
   [[nodiscard]] bool HoldsPatch() const;

@@ -75,7 +75,7 @@ std::string_view VolumeFootprints::FindLoaded(const Contact& contact, ContactFoo
     touched.weight = std::exchange(load_[node], 0);
     footprint->arms.push_back(unit_ * mesh_.nodes[node] - contact.p_O);
   }
-  if (footprint->narrower != 0) footprint->arms.clear();
+  if (footprint->reach != 0) footprint->arms.clear();
   CentreArms(
       triangles_.patch().disc, [&](std::size_t i) { return footprint->places[i].weight; },
       &footprint->arms);

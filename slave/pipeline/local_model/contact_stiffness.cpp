@@ -106,9 +106,10 @@ ContactStiffness::ContactStiffness(const Scene& scene, const SurfaceMesh& surfac
 ContactStiffness::~ContactStiffness() = default;
 
 // Reciprocity makes it symmetric; rounding does not. nullopt: it is no stiffness.
-std::optional<Matrix3d> ContactStiffness::Alone(const Contact& contact) const {
+std::optional<Matrix3d> ContactStiffness::Alone(const Contact& contact, bool* takes_width) const {
   ContactResponse response;
   greens_->model->Respond(std::span(&contact, 1), std::span(&response, 1));
+  *takes_width = response.takes_width;
   return Symmetric(response.stiffness_O, response.validity);
 }
 
@@ -151,11 +152,12 @@ const ContactStiffness::NodeCompliance& ContactStiffness::Node(int node) {
   for (const int i : PatchAt(surface_, *place, p_O, patch_width_).nodes)
     area += node_area_[Index(i)];
   const Contact contact{.p_O = p_O, .element = place->triangle, .width = patch_width_};
-  const auto alone = Alone(contact);
+  bool takes_width = false;
+  const auto alone = Alone(contact, &takes_width);
   if (!alone) return known;
   const auto together = companions_.empty() ? alone : Together(contact);
   known.C_O = together.value_or(*alone).inverse();
-  known.patch_radius = std::sqrt(area / std::numbers::pi);
+  known.patch_radius = takes_width ? patch_width_ / 2 : std::sqrt(area / std::numbers::pi);
   return known;
 }
 

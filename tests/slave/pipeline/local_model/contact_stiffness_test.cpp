@@ -68,13 +68,14 @@ TEST(ContactStiffnessTest, AWideBlockIsNearlyAHalfSpace) {
 // differs by the tilt of the cube.
 TEST(ContactStiffnessTest, AnotherFingerHoldsAgainstWhatThisOneLeans) {
   Scene scene = CubeScene(kAbove);
-  constexpr double kSize = 0.06, kFar = 1e-5;
-  constexpr double kWidth = 0.0204;  // of the mesh's patches, seven nodes: no model corrects these
-  scene.object.geometry = BoxGeometry{{kSize, kSize, kSize}, {6, 12, 6}};
+  constexpr double kSize = 0.06, kDeep = 0.057, kFar = 1e-5;
+  // Seven nodes, which are as stiff as the disc (PatchStiffness: 1.0015): no model corrects these.
+  constexpr double kWidth = 0.02016;
+  scene.object.geometry = BoxGeometry{{kSize, kDeep, kSize}, {6, 12, 6}};
   scene.model.kind = "fem";
-  const SolidMesh mesh = MeshBox({kSize, kSize, kSize}, {6, 12, 6});
+  const SolidMesh mesh = MeshBox({kSize, kDeep, kSize}, {6, 12, 6});
   const SurfaceMesh surface = SurfaceOf(mesh);
-  const Vector3d right(kSize, 0.03, 0.04), left(0, 0.03, 0.04), along(-1, 0, 0);
+  const Vector3d right(kSize, kDeep / 2, 0.04), left(0, kDeep / 2, 0.04), along(-1, 0, 0);
   const int at_right = FindPlace(surface, right)->triangle;
   const int at_left = FindPlace(surface, left)->triangle;
   Vector3d weights(0, 0, 0);  // of the node there
