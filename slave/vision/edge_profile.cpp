@@ -8,7 +8,7 @@ namespace {
 
 // A sample is the mean of 2 kAside + 1 lines, 1 px apart. [-] [tuned:
 // EachPlaceTellsHowFarTheEdgeHasMovedAcross]
-constexpr int kAside = 2;
+constexpr int kAside = 2, kLines = 2 * kAside + 1;
 constexpr int kStep = 3;  // samples on either side that define a step
 constexpr int kCentrings = 8;
 // Places in a window as whole numbers of 2^-20 px: taking floating point apart, sample by sample,
@@ -28,7 +28,9 @@ float PartOf(std::int32_t whole) {
 }  // namespace
 
 EdgeProfile::EdgeProfile(const GreyFormat& format, int max_half)
-    : format_(format), level_(static_cast<std::size_t>(2 * max_half + 1)) {
+    : format_(format),
+      level_(static_cast<std::size_t>(2 * max_half + 1)),
+      places_(kLines * level_.size()) {
   const auto edge = static_cast<std::size_t>(2 * (max_half + kAside) + 3);
   window_.resize(edge * edge);
 }
@@ -47,15 +49,20 @@ bool EdgeProfile::Read(const cv::Mat& image, const Eigen::Vector2d& p, const Eig
   half_ = half;
   const std::int32_t n_x = Whole(n.x()), n_y = Whole(n.y());
   const std::int32_t p_x = Whole(p.x() - box.x), p_y = Whole(p.y() - box.y);
+  Place* place = places_.data();
   for (int k = -half; k <= half; ++k) {
-    float sum = 0;
-    for (int j = -kAside; j <= kAside; ++j) {
+    for (int j = -kAside; j <= kAside; ++j, ++place) {
       const std::int32_t x = p_x + k * n_x - j * n_y, y = p_y + k * n_y + j * n_x;
-      const float u = PartOf(x), v = PartOf(y);
-      const std::int16_t* at = window_.data() + (y >> kPlaces) * box.width + (x >> kPlaces);
-      sum += Bilinear(at, box.width, u, v);
+      *place = {(y >> kPlaces) * box.width + (x >> kPlaces), PartOf(x), PartOf(y)};
     }
-    level_[static_cast<std::size_t>(k + half)] = sum / (2 * kAside + 1);
+  }
+  place = places_.data();
+  for (int k = 0; k <= 2 * half; ++k) {
+    float sum = 0;
+    for (int j = 0; j < kLines; ++j, ++place) {
+      sum += Bilinear(window_.data() + place->at, box.width, place->right, place->down);
+    }
+    level_[static_cast<std::size_t>(k)] = sum / kLines;
   }
   return true;
 }
@@ -80,7 +87,9 @@ double EdgeProfile::Centroid(double sign, int at, double half_window) const noex
   double centre = at;
   for (int round = 0; round < kCentrings; ++round) {
     double sum = 0, moment = 0;
-    for (int k = -half_; k < half_; ++k) {
+    const int first = std::max(-half_, static_cast<int>(std::floor(centre - half_window - 1)));
+    const int end = std::min(half_, static_cast<int>(std::ceil(centre + half_window)) + 1);
+    for (int k = first; k < end; ++k) {
       const double s = k + 0.5;
       const double inside = std::clamp(half_window - std::abs(s - centre) + 0.5, 0.0, 1.0);
       if (inside == 0) continue;

@@ -39,9 +39,14 @@ class EdgeProfile {
   [[nodiscard]] const GreyFormat& format() const { return format_; }
 
  private:
+  struct Place {
+    std::int32_t at = 0;        // of its upper left pixel, in window_
+    float right = 0, down = 0;  // from there [px]
+  };
+
   GreyFormat format_;
-  std::vector<std::int16_t> window_;
-  std::vector<float> level_;
+  std::vector<float> window_, level_;  // [levels]
+  std::vector<Place> places_;          // of the samples, line by line
   int half_ = 0;
 };
 

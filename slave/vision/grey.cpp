@@ -10,16 +10,16 @@
 namespace palpate {
 namespace {
 
-template <typename Pixel, int kChannels>
+template <typename Pixel, int kChannels, typename Level>
 void ReadAs(const cv::Mat& image, const cv::Rect& window, int shift, int full_scale,
-            std::int16_t* out) noexcept {
+            Level* out) noexcept {
   for (int y = window.y; y < window.y + window.height; ++y) {
     const Pixel* in = image.ptr<Pixel>(y) + static_cast<std::ptrdiff_t>(window.x) * kChannels;
     for (int x = 0; x < window.width; ++x, in += kChannels, ++out) {
       int level = in[0];
       if constexpr (kChannels == 3) level = (29 * in[0] + 150 * in[1] + 77 * in[2] + 128) >> 8;
       if constexpr (sizeof(Pixel) == 2) level = std::min(level >> shift, full_scale);
-      *out = static_cast<std::int16_t>(level);
+      *out = static_cast<Level>(level);
     }
   }
 }
@@ -43,8 +43,8 @@ GreyFormat::GreyFormat(const cv::Mat& first) : type_(first.type()), size_(first.
   }
 }
 
-void GreyFormat::Read(const cv::Mat& image, const cv::Rect& window,
-                      std::int16_t* out) const noexcept {
+template <typename Level>
+void GreyFormat::Read(const cv::Mat& image, const cv::Rect& window, Level* out) const noexcept {
   switch (type_) {
     case CV_8UC1:
       return ReadAs<std::uint8_t, 1>(image, window, shift_, full_scale_, out);
@@ -56,6 +56,8 @@ void GreyFormat::Read(const cv::Mat& image, const cv::Rect& window,
       return ReadAs<std::uint16_t, 3>(image, window, shift_, full_scale_, out);
   }
 }
+template void GreyFormat::Read(const cv::Mat&, const cv::Rect&, std::int16_t*) const noexcept;
+template void GreyFormat::Read(const cv::Mat&, const cv::Rect&, float*) const noexcept;
 
 double VarianceOf(const GreyPatch& p) {
   double sum = 0, square = 0;

@@ -1,5 +1,6 @@
 #include "slave/vision/ncc.h"
 
+#include <algorithm>
 #include <cmath>
 #include <cstdint>
 #include <stdexcept>
@@ -10,6 +11,8 @@
 
 namespace palpate {
 namespace {
+
+constexpr int kChunk = 512;  // products that fit in 32 bits. [by definition: GreyPatch]
 
 cv::Mat AsFloat(const GreyPatch& patch) {
   cv::Mat levels;
@@ -35,17 +38,25 @@ const ScoreMap& Ncc::Match(const GreyPatch& window) {
 }
 
 double Ncc::At(const GreyPatch& window, int x, int y) const {
-  double sum = 0, square = 0, product = 0;
+  std::int64_t sum = 0, square = 0, product = 0;
   for (int j = 0; j < pattern_.height; ++j) {
     const std::int16_t *T = pattern_.Row(j), *I = window.Row(y + j) + x;
-    for (int i = 0; i < pattern_.width; ++i) {
-      sum += I[i];
-      square += I[i] * I[i];
-      product += (T[i] - mean_) * I[i];
+    for (int i = 0; i < pattern_.width; i += kChunk) {
+      std::int32_t of_sum = 0, of_square = 0, of_product = 0;
+      const int end = std::min(i + kChunk, pattern_.width);
+      for (int k = i; k < end; ++k) {
+        of_sum += I[k];
+        of_square += I[k] * I[k];
+        of_product += T[k] * I[k];
+      }
+      sum += of_sum, square += of_square, product += of_product;
     }
   }
-  const double contrast = square - sum * sum / static_cast<double>(pattern_.levels.size());
-  return contrast > 0 ? product / std::sqrt(contrast_ * contrast) : 0;
+  const auto level = static_cast<double>(sum);
+  const double contrast =
+      static_cast<double>(square) - level * level / static_cast<double>(pattern_.levels.size());
+  const double common = static_cast<double>(product) - mean_ * level;
+  return contrast > 0 ? common / std::sqrt(contrast_ * contrast) : 0;
 }
 
 }  // namespace palpate

@@ -55,11 +55,19 @@ void SampleAs(const cv::Mat& grey, const PatchWarp& warp, const cv::Size& size, 
     return static_cast<float>(px & 0xffff) * static_cast<float>(1 / kOne);
   };
   const std::int32_t dx = fixed(warp.A(0, 0)), dy = fixed(warp.A(1, 0));
+  const bool is_row = dx == fixed(1) && dy == 0;  // a pixel of the patch is one of the image
   const std::int32_t x_end = fixed(grey.cols - 1) - 1, y_end = fixed(grey.rows - 1) - 1;
   const Eigen::Vector2d half = 0.5 * Eigen::Vector2d(size.width - 1, size.height - 1);
   for (int v = 0; v < size.height; ++v) {
     const Eigen::Vector2d begin = warp.p + warp.A * Eigen::Vector2d(-half.x(), v - half.y());
     std::int32_t x = fixed(begin.x()), y = fixed(begin.y());
+    if (is_row && x >= 0 && y >= 0 && x + (size.width - 1) * dx <= x_end && y <= y_end) {
+      const Pixel* at = pixels + (y >> kFractionBits) * stride + (x >> kFractionBits);
+      const float right = part(x), down = part(y);
+      for (int u = 0; u < size.width; ++u) out[u] = Bilinear(at + u, stride, right, down) - mean;
+      out += size.width;
+      continue;
+    }
     for (int u = 0; u < size.width; ++u, x += dx, y += dy) {
       const std::int32_t cx = std::clamp(x, 0, x_end), cy = std::clamp(y, 0, y_end);
       const Pixel* at = pixels + (cy >> kFractionBits) * stride + (cx >> kFractionBits);
