@@ -18,7 +18,7 @@ import unittest
 from concurrent import futures
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "e2e"))
-from delaying_line import DelayingLine  # noqa: E402
+from delayed_link import DelayedLink  # noqa: E402
 from programs import BARE, BIN, BLOCK, PACKAGE, PATIENCE, ROOT, FolderTest, Simulator, Slave, make_certificates, operate, run, wait_until  # noqa: E402
 
 sys.path.insert(0, str(PACKAGE))
@@ -103,8 +103,8 @@ class Examples(FolderTest):
     def check_cut_link(self, *examples):
         """Every example ends with an error when nothing arrives any more, though nobody closes the connection."""
         def cut(slave, words):
-            with DelayingLine(slave.address, 0, max_down=10_000) as line:
-                return words[0], run(*self.command(words[0]), line.address, *words[1:], env=self.environment), line.bytes_down - line.max_down
+            with DelayedLink(slave.address, 0, max_down=10_000) as link:
+                return words[0], run(*self.command(words[0]), link.address, *words[1:], env=self.environment), link.bytes_down - line.max_down
 
         with Slave(BLOCK) as simulated, Slave(BLOCK, *ARM, simulates=False) as driven, futures.ThreadPoolExecutor() as pool:
             ends = [pool.submit(cut, driven if words[0] == "drive_arm" else simulated, words) for words in examples]
@@ -298,7 +298,7 @@ class Python(Examples):
                 process.kill()
 
     def test_ros_bridge_reports_a_silent_sensor_and_connects_again(self):
-        with Slave(BLOCK) as slave, DelayingLine(slave.address, 0) as line, self.ros_bridge(line.address) as messages:
+        with Slave(BLOCK) as slave, DelayedLink(slave.address, 0) as link, self.ros_bridge(link.address) as messages:
             def newest():
                 return messages("/diagnostics")[-1]["status"][0]
 
@@ -308,7 +308,7 @@ class Python(Examples):
             self.assertTrue(wait_until(lambda: newest()["level"] == [3]), newest())
             self.assertIn({"key": "validity", "value": "stale"}, newest()["values"])
             count = len(messages("palpate/wrench"))
-            line.cut()
+            link.cut()
             self.assertTrue(wait_until(lambda: any(m["status"][0]["level"] == [2] for m in messages("/diagnostics"))))
             slave.simulator = Simulator(slave.command, slave.address)
             self.assertTrue(wait_until(lambda: len(messages("palpate/wrench")) > count), newest())
@@ -373,7 +373,7 @@ class Python(Examples):
                                                settings_revision=4)
 
         with Changed().served() as address, palpate.connect(address) as slave, slave.operate("late") as tool:
-            with mock.patch("palpate.operator.ANSWER", 0.5), \
+            with mock.patch("palpate.operator.TIMEOUT", 0.5), \
                     self.assertRaisesRegex(palpate.Interrupted, "the settings changed: revision 3, now 4"):
                 tool.engage()
 
