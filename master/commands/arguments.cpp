@@ -37,7 +37,7 @@ CLI::Validator Between(double low, double high, const std::string& unit = "s") {
             return text + ": expected " + CLI::detail::to_string(low) + " to " +
                    CLI::detail::to_string(high) + " " + unit;
           },
-          ""};  // The help shows the type name alone.
+          ""};  // so that the help shows only the type name
 }
 
 void AddTls(CLI::App* command, std::filesystem::path* tls) {

@@ -84,7 +84,7 @@ struct Observer::Parts {
 
   const Options options;
   const std::unique_ptr<v1::Teleoperation::Stub> stub;
-  // Each of these members is used by the thread of its stream alone.
+  // Each of these members is used only by the thread of its stream.
   std::shared_ptr<const MeshTopology> topology;  // of the open stream; null: not received yet
   PatchReader patch_reader;
   std::optional<std::uint32_t> revision;  // of the scene that was forwarded last

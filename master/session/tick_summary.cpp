@@ -17,7 +17,7 @@ int BinOf(double force, int bins) {
 constexpr double kContactShare = 0.01;  // of the peak
 constexpr std::uint64_t kLeft = 50;     // ticks without force that end a contact
 constexpr double kGivesWay =
-    0.9;  // share of the rendered force below which the true force may be gone
+    0.9;  // share of the rendered force below which the membrane may be broken
 constexpr std::size_t kSoon = 200;  // ticks in which a puncture would be reported
 
 }  // namespace

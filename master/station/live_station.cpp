@@ -29,7 +29,7 @@ constexpr double kFrozenPeriods = 3;  // the same in sensor periods, for slow se
 constexpr std::size_t kMaxTasks = 4;  // requests of the page that wait for the slave
 constexpr double kTraceShown = 1;     // age of the tick whose trace is shown [s]
 
-// Streams of the slave while a page is open, and what was shown of them last.
+// Streams of the slave while a page is open, and the last shown message of each.
 struct PageViews {
   // `is_open`: a page is open now. `field`: one shows the displacement field.
   void Update(bool is_open, bool field, Observer* observer) {
@@ -99,7 +99,7 @@ struct LiveStation::Parts {
   // Executes a command of a page. Returns the answer.
   std::string Do(std::uint64_t page, const PageCommand& asked);
   void OnPageLeft(std::uint64_t page);
-  // `page` shows the displacement field, or no more.
+  // Sets whether `page` shows the displacement field.
   void ShowField(std::uint64_t page, bool on);
   // Returns the answer; empty: there is none.
   std::string Point(std::uint64_t page, const PointerCommand& command);
@@ -126,7 +126,7 @@ struct LiveStation::Parts {
   SlaveLink::Mapping waiting;
   // Used by the server's thread.
   PointerControlLock lead;
-  std::set<std::uint64_t> field_pages;   // that show the field
+  std::set<std::uint64_t> field_pages;   // pages that show the field
   std::atomic<bool> shows_field{false};  // one of them does
   // Only the editor uses the members below.
   StationHello hello;
@@ -134,7 +134,7 @@ struct LiveStation::Parts {
   ShownHealth health;
   std::optional<HandTrace> trace;
   std::vector<LogEntry> log;
-  bool is_waiting = false;  // what waits now
+  bool is_waiting = false;  // whether a setting waits now
   Display display{&board};
 
   TaskQueue tasks{kMaxTasks};
@@ -297,7 +297,7 @@ std::string LiveStation::Parts::Record(const RecordCommand& command) {
   return {};
 }
 
-// The slave refuses the reset if a stop came that this station does not know.
+// The slave rejects the reset if there was a stop that this station does not know.
 void LiveStation::Parts::Reset() {
   SubmitTask([this, stops = controls.known_stops()] {
     const std::string why = controls.reset(stops);

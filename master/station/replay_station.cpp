@@ -192,7 +192,7 @@ ReplayFeed ReplayStation::Parts::Feed() {
   return consumer;
 }
 
-// The clocks' offset follows from how old the tick took its state to be.
+// The offset of the clocks follows from the state's age in the tick.
 void ReplayStation::Parts::Update(const TickRecord& recorded) {
   TickRecord tick = recorded;
   const auto stamp = stamps.find(tick.state_sequence);

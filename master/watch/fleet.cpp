@@ -20,7 +20,8 @@ namespace {
 
 constexpr std::size_t kMaxNameLength = 40, kMaxAlarmLength = 200;  // characters
 constexpr int kMaxAlarms = 20;                                     // of a slave
-constexpr double kDoubledFor = 10;  // that an alarm about two slaves stays [s]
+// Time for which an alarm about two slaves with one name remains [s].
+constexpr double kDoubledFor = 10;
 
 template <class Message>
 bool Parse(std::string_view bytes, Message* message) {

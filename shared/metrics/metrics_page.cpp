@@ -27,7 +27,8 @@ using beast::error_code;
 // oldest one is closed if there are too many.
 constexpr std::chrono::seconds kTimeout(1);
 constexpr std::size_t kMaxAskers = 16;
-constexpr std::chrono::milliseconds kBreath(20);  // where there is no descriptor left
+// Pause after an error such as a lack of descriptors.
+constexpr std::chrono::milliseconds kBreath(20);
 constexpr std::uint32_t kMaxHeaderLength = 8192;  // [bytes]
 
 Endpoint Permitted(const std::string& address, bool insecure) {
@@ -105,7 +106,7 @@ struct MetricsPage::Parts {
   asio::io_context context{1};
   tcp::acceptor acceptor{context};
   asio::steady_timer breath{context};
-  std::list<std::weak_ptr<Asker>> askers;  // the eldest first
+  std::list<std::weak_ptr<Asker>> askers;  // oldest first
   std::jthread thread;
 };
 

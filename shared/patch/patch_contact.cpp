@@ -186,10 +186,10 @@ void PatchContact::StickAt(int tool, const Vector3d& p) noexcept {
   touch.K = StiffnessAt(touch.place);
 }
 
-// Without friction the place is always the one below the tool.
+// Without friction the contact point is always below the tool.
 void PatchContact::Slide(int tool, const Vector3d& centre) noexcept {
   const PatchPlace below = NearestPlace(patch_, centre);
-  if (below.cell < 0 || below.at_rim) return;  // the plane it has goes on
+  if (below.cell < 0 || below.at_rim) return;  // keeps the present plane
   touches_[At(tool)].place = below;
   touches_[At(tool)].K = StiffnessAt(below);
 }
@@ -275,7 +275,7 @@ Matrix3d PatchContact::StiffnessAt(const PatchPlace& place) noexcept {
   return shown;
 }
 
-// How the surface below `tool` moves under the force on `other` [m], as Relax counts it.
+// Returns the displacement of the surface below `tool` by the force on `other` [m], as in Relax.
 Vector3d PatchContact::MovedBy(int tool, int other) const noexcept {
   const Touch &to = touches_[At(tool)], &by = touches_[At(other)];
   const int corners = patch_.vertices_per_cell;

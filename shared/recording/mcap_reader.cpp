@@ -172,7 +172,7 @@ bool McapReader::TakeRecord(McapRecord kind, std::string_view content, McapMessa
       message->data = numbers.rest();
       if (!numbers.ok()) Damage("a message is too short");
       return numbers.ok() && channels_.contains(message->channel);
-    default:  // indexes, and what newer writers may add
+    default:  // indexes, and records of newer versions
       return false;
   }
 }

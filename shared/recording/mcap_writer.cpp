@@ -161,7 +161,7 @@ bool McapWriter::PutBytes(std::string_view part) {
     if (written <= 0) {
       const int error = errno;
       bytes_ = before;
-      // A record cut in the middle would be the last one that anybody reads.
+      // Removes an incomplete record, because readers stop there.
       if (ftruncate(file_descriptor_, static_cast<off_t>(before)) == 0) {
         lseek(file_descriptor_, static_cast<off_t>(before), SEEK_SET);
       }

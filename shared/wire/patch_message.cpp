@@ -66,7 +66,7 @@ void ReadCells(const v1::SurfacePatch& message, FieldReader* reader, SurfacePatc
   }
 }
 
-// Every cell has a side or an area to stand on.
+// Requires that every cell has a length or an area.
 void RequireShape(const SurfacePatch& patch, FieldReader* reader) {
   for (int cell = 0; cell < patch.cell_count; ++cell) {
     const auto vertex = [&](int k) -> Eigen::Vector3d {
@@ -92,7 +92,7 @@ void ReadNodes(const v1::SurfacePatch& message, FieldReader* reader, SurfacePatc
   }
 }
 
-// The nearest one that takes energy and gives back no more.
+// Replaces the compliance by the nearest passive one.
 void MakePassive(SurfacePatch* patch) {
   const int size = patch->node_count * patch->directions;
   const int block = patch->coupled ? size : patch->directions;

@@ -35,7 +35,7 @@ void WriteModel(const LocalModel& model, v1::LocalModel* message) {
 LocalModel ReadModel(const v1::LocalModel& message, FieldReader* reader) {
   LocalModel model;
   if (message.kind() != v1::LocalModel::KIND_UNILATERAL_PLANE)
-    return model;  // a law not known here
+    return model;  // an unknown force law
   reader->Require(message.revision() > 0, "local_model.revision = 0", "1 or more");
   reader->Require(message.has_reference(), "local_model.reference is absent", "a point");
   reader->Require(message.stiffness_size() == kStiffnessEntries, "local_model.stiffness",

@@ -218,7 +218,7 @@ bool NaturallyLess(const std::string& a, const std::string& b) {
 
 std::vector<fs::path> ListImages(const std::string& pattern, const fs::path& base) {
   fs::path full = base / pattern;
-  if (full.parent_path().empty()) full = "." / full;  // what has no folder lies in this one
+  if (full.parent_path().empty()) full = "." / full;  // a name without folder is in the present one
   const std::string name = full.filename().string();
   if (fs::is_directory(full)) {
     auto files = Collect(full, IsImageName);

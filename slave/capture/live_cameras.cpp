@@ -29,8 +29,8 @@ constexpr auto kThreadEndTime = std::chrono::seconds(3);   // limit for a thread
 constexpr auto kStreamOpenTime = std::chrono::seconds(5);  // limit for opening a stream
 constexpr double kMaxTimeWithoutPair = 1;                  // longer is reported [s]
 
-// Returns an empty image at the end of the stream. An exception of the library counts as a camera
-// that is gone.
+// Returns an empty image at the end of the stream. An exception of the library counts as a lost
+// camera.
 cv::Mat NextOf(VideoStream* video) {
   try {
     return video != nullptr ? video->Next() : cv::Mat();
@@ -77,11 +77,11 @@ struct LiveCameras::State {
   // Call this function and those below with the mutex locked. Returns whether the camera's image is
   // like the previous ones.
   bool IsLikeFirst(std::size_t i, const cv::Mat& image);
-  // The newest images that belong together, as far as they have come.
+  // Finds the newest images that form a pair.
   void Match();
   void Hand(StereoPair images);
   [[nodiscard]] std::string Trouble(Time now) const;
-  // Throws std::runtime_error: what comes is not accepted, or nothing comes.
+  // Throws std::runtime_error if the image is not accepted, or none arrives.
   void AwaitFirst(const std::stop_token& stop);
 
   const std::vector<CameraInput> inputs;
@@ -155,7 +155,7 @@ void LiveCameras::State::ReadOpened(std::size_t i, std::unique_ptr<VideoStream> 
     if (stop.stop_requested()) return;
     try {
       video = inputs[i].open();
-    } catch (const std::exception&) {  // it is still not there
+    } catch (const std::exception&) {  // the camera is still missing
     }
     if (video) SetGone(i, false);
   }

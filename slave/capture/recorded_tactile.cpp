@@ -28,7 +28,7 @@ double MedianPeriod(const std::vector<double>& t) {
   return MedianOf(periods);
 }
 
-// When a frame is due, and between which samples it lies.
+// Time of a frame, and the samples before and after it.
 struct Instant {
   double t = 0;           // [s], of the recording's clock
   std::size_t after = 0;  // index of the sample at or after it
@@ -36,7 +36,8 @@ struct Instant {
   bool after_gap = false;
 };
 
-// `step` [s] apart, 0: at each sample; from the start after a pause longer than `gap` [s].
+// Returns instants `step` [s] apart (0: at each sample), which restart after a pause longer than
+// `gap` [s].
 std::vector<Instant> InstantsOf(const std::vector<double>& t, double step, double gap) {
   std::vector<Instant> instants;
   double start = 0;  // of the samples without a gap

@@ -66,7 +66,8 @@ std::optional<Time> TactileInbox::State::Newest() const {
 std::optional<Time> TactileInbox::State::NextInstant(std::size_t leader) {
   const FingerStream& finger = fingers[leader];
   if (!last) return finger.After(Time::min())->at;
-  // Another leader's samples lie otherwise: the first may follow the last frame too soon.
+  // The samples of another leading finger have other times, so the first may follow the last frame
+  // too soon.
   const Sample* next = finger.After(*last + (leader == led ? Clock::duration(0) : period / 2));
   if (next == nullptr) return std::nullopt;
   Time t = *last + period;

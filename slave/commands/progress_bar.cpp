@@ -95,7 +95,7 @@ void ProgressBar::Expect(const PrecomputeCost& cost) {
 
 bool ProgressBar::Report(std::string_view stage, double done) {
   const double now = output_.now();
-  done = done > 0 ? std::min(done, 1.0) : 0;  // so written, NaN is nothing done
+  done = done > 0 ? std::min(done, 1.0) : 0;  // this form maps NaN to 0
   if (stage != stage_) {
     stage_ = stage;
     stage_started_ = now;

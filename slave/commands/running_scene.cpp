@@ -45,7 +45,8 @@ std::filesystem::path ShapeFileOf(const Geometry& geometry) {
   return {};
 }
 
-// The file of the decision, by everything that it follows from; empty: nothing is kept.
+// Returns the file of the decision, named by a hash of all its inputs; empty: decisions are not
+// stored.
 std::filesystem::path FileOf(const Scene& scene, const std::vector<std::string>& overrides,
                              SceneUse use) {
   const auto folder = CacheFolder();
@@ -63,7 +64,7 @@ std::filesystem::path FileOf(const Scene& scene, const std::vector<std::string>&
   return folder / Formatted("auto-%016llx.json", static_cast<unsigned long long>(hash.value()));
 }
 
-// A folder that cannot be written keeps nothing and harms nobody.
+// If the folder cannot be written, nothing is stored and no error is reported.
 void Keep(const Scene& decided, const std::filesystem::path& file) {
   if (file.empty()) return;
   std::error_code ignored;

@@ -19,8 +19,8 @@ using Eigen::Vector3d;
 using Corners = std::array<Vector3d, 3>;
 
 constexpr int kLeafSize = 4;
-constexpr double kRounding = 1e-13;  // of the coordinates at hand
-constexpr double kFlat = 1e-12;      // height of a degenerate triangle by its longest edge
+constexpr double kRounding = 1e-13;  // relative to the coordinates involved
+constexpr double kFlat = 1e-12;      // height of a degenerate triangle relative to its longest edge
 
 double AngleAt(const Vector3d& corner, const Vector3d& a, const Vector3d& b) {
   const Vector3d u = a - corner, v = b - corner;
@@ -54,7 +54,7 @@ TrianglePlace OnEdge(const Vector3d& p, const Corners& abc, int from, bool is_fo
   return place;
 }
 
-// Twice the area times the normal; zero where the triangle is thinner than rounding.
+// Returns twice the area times the normal; zero if the triangle is thinner than rounding.
 Vector3d AreaNormal(const Corners& abc) noexcept {
   const Vector3d u = abc[1] - abc[0], v = abc[2] - abc[0];
   const Vector3d normal = u.cross(v);
@@ -185,8 +185,8 @@ SurfaceContact::Candidate SurfaceContact::Project(int face, const Vector3d& p) c
           std::abs((p - f.corners[0]).dot(f.normal))};
 }
 
-// Among equally near faces, which share an edge or a node, the one that the point lies farther in
-// front of or behind; then that which comes first in the mesh.
+// Among equally near faces, which share an edge or a node, prefers the one from whose plane the
+// point is farther; then the first one in the mesh.
 bool SurfaceContact::IsNearer(const Candidate& one, const Candidate& other) const noexcept {
   if (one.place.distance_squared != other.place.distance_squared) {
     return one.place.distance_squared < other.place.distance_squared;

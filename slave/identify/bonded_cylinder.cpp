@@ -148,7 +148,7 @@ class HalfCylinder {
     std::vector<char> held(Place(size()), 0);
     for (Index i = 0; i < kSide; ++i) {
       held[Place(2 * Node(0, i))] = 1;          // the axis
-      held[Place(2 * Node(i, 0) + 1)] = 1;      // the middle
+      held[Place(2 * Node(i, 0) + 1)] = 1;      // the centre
       held[Place(2 * Node(i, kSide - 1))] = 1;  // the end does not widen
       held[Place(2 * Node(i, kSide - 1) + 1)] = 1;
     }

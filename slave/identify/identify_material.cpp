@@ -22,7 +22,7 @@ using identify::TableRequest;
 constexpr std::string_view kRelaxation = "relaxation", kPress = "press", kLoads = "loads",
                            kImages = "images";
 
-// KIND=FILE, KIND:RATIO=FILE, or FILE alone.
+// Parses KIND=FILE, KIND:RATIO=FILE, or FILE.
 TableRequest ParseData(const std::string& argument) {
   const std::size_t equals = argument.find('=');
   if (equals == std::string::npos) return {{}, argument, 0};
@@ -140,7 +140,7 @@ std::optional<Table> ReadOrLeaveOut(Table (*read)(const TableRequest&, const ide
   }
 }
 
-// The largest number of specimens that were tested the same way decides their spread.
+// The spread is that of the largest group of specimens that were tested in the same way.
 void FindSpread(IdentifyReport* report) {
   std::array<std::vector<double>, 2> moduli;
   for (const NamedChord& named : report->moduli) {
@@ -163,7 +163,7 @@ void IdentifyLaws(const Requests& requests, const identify::Specimen& specimen, 
       report->warnings.push_back(std::move(warning));
     }
     const auto chord = ChordModulusOf(test);
-    if (chord && chord->modulus > 2 * chord->sigma) {  // else its interval includes zero
+    if (chord && chord->modulus > 2 * chord->sigma) {  // otherwise its interval includes zero
       report->moduli.push_back({test.name, *chord, test.end_factor});
     }
   }

@@ -20,7 +20,7 @@ using Json = nlohmann::ordered_json;
 constexpr double kWide = 1.96;
 constexpr double kPoorFit = 0.1;     // residual over the peak from which a fit is a warning [-]
 constexpr double kMinShare = 1e-12;  // of a term in a scene
-constexpr double kPoissonOfScene = 0.4999;  // what `model` solves with a pressure of its own
+constexpr double kPoissonOfScene = 0.4999;  // `model` solves this with a pressure unknown
 constexpr const char* kDefinition =
     "slope of nominal stress between 10 and 20 % strain, divided by the stiffening due to bonded "
     "ends";

@@ -122,7 +122,7 @@ std::optional<VectorXd> Answer(Scene scene, double nu, const std::vector<Press>&
 }
 
 struct Scale {
-  double factor = 0;  // of what is modelled
+  double factor = 0;  // factor on the modelled values
   double misfit = 0;  // squared [N^2], [m^2]
   double modelled_square = 0;
 };
@@ -162,9 +162,9 @@ void RequireStatic(const Scene& scene, const char* kind) {
   }
 }
 
-// The modulus whose forces fit best under a tension at rest, which is part of them and no part of
-// the modulus: Gauss-Newton, from the scene's. `by_modulus`: the change of the forces with it, at
-// the end [N/Pa].
+// Fits the modulus by Gauss-Newton for an object with tension at rest, whose part of the force is
+// independent of the modulus. Starts from the scene's modulus. `by_modulus`: final derivative of
+// the forces [N/Pa].
 VectorXd FitUnderTension(Scene scene, const std::vector<Press>& presses, const VectorXd& measured,
                          PressFit* fit, VectorXd* by_modulus, Progress* progress) {
   constexpr int kMaxSteps = 30;
@@ -200,7 +200,7 @@ VectorXd ScaleToLoads(Scene scene, const std::vector<Press>& presses, const Vect
   for (int i = 0; i < kMaxSteps; ++i) {
     auto modelled = Answer(scene, fit->poisson_ratio, presses, fit, progress);
     fit->young_modulus = E;
-    if (!modelled) {  // it gives way to its weight
+    if (!modelled) {  // the weight deforms the body
       E *= kStiffer;
       continue;
     }

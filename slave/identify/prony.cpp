@@ -24,13 +24,14 @@ constexpr int kMaxSweeps = 20'000;
 constexpr double kSettled = 1e-10;    // of the largest modulus, in a sweep
 constexpr double kNegligible = 1e-3;  // of the sum: such a term is left out
 constexpr double kWide = 1.96;        // sigmas of a 95 % interval
-// A ramp takes 1 % of its record for 1 % of its strain [derived: steady rate]. Of the record [-].
+// Shares of the record [-]: a ramp takes 1 % of its record for 1 % of its strain [derived: steady
+// rate].
 constexpr double kStill = 0.01, kHold = 0.03;
 constexpr double kReturn = 0.1;   // of the range: a strain that returns [-]
 constexpr double kOtherRate = 2;  // ratio of rates that differ [-]
 
-// Times two per decade. The first is the usual step of the densest record, the last short enough
-// for the record to separate it from what stays.
+// Returns two time constants per decade. The first is the usual step of the densest record, the
+// last short enough to be distinguished from the remaining stress.
 std::vector<double> Times(const std::vector<RelaxationTable>& tables) {
   double shortest = std::numeric_limits<double>::infinity(), longest = 0;
   for (const RelaxationTable& table : tables) {
@@ -68,7 +69,8 @@ VectorXd Branch(const RelaxationTable& table, double time) {
   return stress;
 }
 
-// Coordinate by coordinate: convex, so that it ends at the least squares with none negative.
+// Solves non-negative least squares by coordinate descent, which converges because the problem is
+// convex.
 VectorXd SolveNonNegative(const MatrixXd& H, const VectorXd& g) {
   VectorXd x = VectorXd::Zero(g.size());
   for (int sweep = 0; sweep < kMaxSweeps; ++sweep) {
@@ -84,7 +86,7 @@ VectorXd SolveNonNegative(const MatrixXd& H, const VectorXd& g) {
 }
 
 struct Regression {
-  MatrixXd A;  // last column: what stays
+  MatrixXd A;  // last column: the remaining stress
   VectorXd b;
 };
 
@@ -165,7 +167,7 @@ Solution Solve(const MatrixXd& A, const VectorXd& b) {
   return solved;
 }
 
-// The branch whose interval includes zero, of several the least sure.
+// Returns the branch whose interval includes zero, the least certain one if there are several.
 std::optional<Index> SpansZero(const Solution& solved) {
   std::optional<Index> found;
   double least = kWide;

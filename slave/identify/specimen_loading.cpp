@@ -11,7 +11,7 @@
 namespace palpate::identify {
 namespace {
 
-// Slope of the first stress over the strain of rows `from` to `to`, by least squares.
+// Returns the slope of the first stress over the strain of rows `from` to `to`, by least squares.
 double SlopeOf(const MaterialTest& test, std::size_t from, std::size_t to) {
   double x = 0, y = 0, xx = 0, xy = 0;
   for (std::size_t i = from; i < to; ++i) {
@@ -170,7 +170,7 @@ void TakeOffTravel(MaterialTest* test) {
         Formatted(": the first row has %.3g %% strain without a load: an offset of the "
                   "travel, which is taken off",
                   100 * std::abs(offset)));
-  } else if (share > kBoth) {  // the load is taken off by TakeOffBeginning
+  } else if (share > kBoth) {  // TakeOffBeginning subtracts the load
     for (TestRow& row : rows) row.abscissa -= begin;
     test->remarks.push_back(test->name +
                             Formatted(": the first row has %.3g %% strain and a load of another "

@@ -278,8 +278,8 @@ double BowOf(const MaterialTest& test) {
   return bow / test.Peak();
 }
 
-// A strain beyond 100 % without a unit: of a rubber, whose curve bends, or a number of percent or
-// millimetres.
+// Checks a strain beyond 100 % without unit: it is that of a rubber with a curved stress-strain
+// curve, or a number of percent or millimetres.
 void CheckUnitOfStrain(const RawTable& table, const Abscissa& x, MaterialTest* test) {
   constexpr double kMaxStrain = 20, kStraight = 0.04;  // strain, bow
   const double largest = LargestStrain(*test);
@@ -313,8 +313,8 @@ void RefuseStretchAsStrain(const RawTable& table, const Abscissa& x, const Mater
                 Shown(table.columns[x.column].title).c_str(), StrainOf(test, first)));
 }
 
-// Load over stress is the loaded area, displacement over strain the height: those of the options,
-// or else of a specimen that is neither a foil nor a wire. A wrong unit contradicts that.
+// Load divided by stress must be the loaded area, and displacement divided by strain the height:
+// those of the options, or else plausible ones for a specimen. A wrong unit contradicts this.
 void CheckColumns(const RawTable& table, const Specimen& specimen) {
   constexpr double kTimes = 3;                        // of machines with another specimen's sizes
   constexpr double kFlattest = 20, kSlimmest = 0.01;  // width over height

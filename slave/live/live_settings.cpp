@@ -76,7 +76,7 @@ void LiveSettings::SetParameters(const ParameterChange& change, Progress* progre
     prepared = Prepare(changed, progress);
   }
   if (change.force_limit) changed.operator_options.force_limit = *change.force_limit;
-  // All or nothing: what may fail comes before the first change.
+  // Everything that may fail is done before the first change.
   const std::scoped_lock lock(*sense_mutex_, mutex_);
   RefuseUnlessFree();  // an operator may have engaged meanwhile
   if (change.position_scale || change.force_scale) {

@@ -14,7 +14,7 @@
 namespace palpate {
 namespace {
 
-// No operator and no tool exceeds these limits: larger numbers come from a broken client.
+// Larger numbers are rejected, because they come from a faulty client.
 constexpr double kAbsurdPosition = 100;  // [m]
 constexpr double kAbsurdSpeed = 100;     // [m/s]
 

@@ -119,7 +119,7 @@ void StopRecord::KeepTrying(const std::stop_token& stop) {
       KeepFile(file_, Reason() + "\n");
       is_kept_ = true;
       spdlog::warn("the emergency stop is now saved: {}", file_.string());
-    } catch (const std::exception&) {  // it was reported, and is tried again
+    } catch (const std::exception&) {  // the error was reported, and writing is repeated
     }
   }
 }
@@ -128,7 +128,7 @@ void StopRecord::End() {
   const std::scoped_lock file_lock(file_mutex_);
   std::error_code error;
   if (!file_.empty()) std::filesystem::remove(file_, error);
-  // A disk that could not take the record has none to remove, and cannot remove it either.
+  // If the record could not be written, there is none to remove.
   if (error && std::filesystem::exists(std::filesystem::symlink_status(file_))) {
     throw std::filesystem::filesystem_error("the emergency stop stays", file_, error);
   }

@@ -20,19 +20,19 @@ using Eigen::Matrix3d;
 using Eigen::Vector3d;
 
 constexpr double kMaxOff = 0.1;
-constexpr int kMinPieces = 3;  // pieces that may stand for a disc with a rim
+constexpr int kMinPieces = 3;  // smallest number of pieces that represent a disc with a rim
 
 constexpr double kNoRim = 1e-6;
 
-// Pieces, by PatchBasis, from which PatchStiffness holds within a tenth; and what fewer may be off
-// [-]. [measured: moved discs of 1 to 4 edges at 5 places on cubes of 4 to 10 cells, against 16
-// cells of ten nodes; of ten nodes on a block of 60 x 60 x 30 mm, against one graded to the disc:
-// with up to 25 nodes they are up to 20 % too stiff, with more 7 %]
+// Number of pieces, by PatchBasis, from which PatchStiffness is accurate within a tenth; and the
+// error with fewer pieces [-]. [measured: moved discs of 1 to 4 edges at 5 places on cubes of 4 to
+// 10 cells, against 16 cells of ten nodes; ten-node elements on a block of 60 x 60 x 30 mm, against
+// one graded to the disc: with up to 25 nodes they are up to 20 % too stiff, with more 7 %]
 constexpr std::array kReliable{6, 26, 3, 3};
 constexpr double kFewOff = 0.2;
 
-// c of PatchStiffness, by PatchBasis: what moves or loads less than it touches is softer, what
-// spreads its load over the elements around is stiffer.
+// c of PatchStiffness, by PatchBasis: a basis that moves or loads less than its area is softer, one
+// that spreads its load over the elements around is stiffer.
 constexpr std::array kRimEffect{-0.05, -0.25, 0.9, 0.3};
 
 constexpr double kMaxPoisson = 0.49;
@@ -43,15 +43,15 @@ constexpr double kSlender = 2;
 // StrainResolution.ABeamWithTooFewElementsIsExtrapolated]
 constexpr double kSeen4 = 0.9, kSeen10 = 0.35;
 
-// How far from a support a bar is no beam yet, by its thickness [-]. [derived: the end effect of a
-// strip falls as exp(-4.2 x / t) (Fadle 1941; Papkovich 1940); beyond a quarter of t 12 % of its
-// energy is left, which is 0.2 % of a bar's of 5:1]
+// Distance from a support up to which a bar does not behave as a beam, relative to its thickness
+// [-]. [derived: the end effect of a strip falls as exp(-4.2 x / t) (Fadle 1941; Papkovich 1940);
+// beyond a quarter of t 12 % of its energy is left, which is 0.2 % of a bar's of 5:1]
 constexpr double kEnd = 0.25;
 
 using fem::Double8;
 using Loose8 [[gnu::vector_size(64), gnu::may_alias, gnu::aligned(8)]] = double;
 
-// Eight components each, at the corners of elements or once for all of them.
+// Strains of eight elements, at the corners or constant.
 struct Strains {
   const double* values;
   int per_element;
@@ -73,8 +73,8 @@ PALPATE_DISPATCHED void AddMeans(const Strains& strains, const double* volumes, 
   }
 }
 
-// Mean over an element of the square of what is linear between the corners, times 20: of its sum
-// there and the sum of its squares.
+// Returns 20 times the mean square over an element of a field that is linear between the corners,
+// from its sum and its sum of squares there.
 PALPATE_INLINE double Mean(const Double8& sum, const Double8& squares) {
   const Double8 x = sum * sum + squares;
   return (((x[0] + x[1]) + (x[2] + x[3])) + ((x[4] + x[5]) + (x[6] + x[7]))) / 20;
@@ -168,7 +168,7 @@ StrainResolution::StrainResolution(const TetMesh& mesh, const HeldNodes& held, d
 }
 
 void StrainResolution::NumberMeans() {
-  std::map<std::pair<int, double>, int> numbers;  // by node and modulus
+  std::map<std::pair<int, double>, int> numbers;  // numbers of vertices by node and modulus
   for (std::size_t e = 0; e < elements_.size(); ++e) {
     const Element& element = elements_[e];
     for (std::size_t a = 0; a < 4; ++a) {
@@ -182,7 +182,8 @@ void StrainResolution::NumberMeans() {
   mean_.resize(volume_.size());
 }
 
-// Straight: across its principal direction nowhere wider than what does not bend.
+// Finds whether the body is a straight bar: across its principal direction it is nowhere wider than
+// a non-bending part.
 void StrainResolution::FindBar(const HeldNodes& held) {
   const std::size_t count = corners_;
   Vector3d middle(0, 0, 0);
@@ -245,7 +246,7 @@ double StrainResolution::Softness(std::span<const Vector3d> u, std::span<const i
   for (std::size_t i = 0; i < mean_.size(); ++i) mean_[i] /= volume_[i];
   FindEnergies(strains, means, count, energies_.data());
   MarkContacts(touched);
-  // Its mean by values at the corners and, of 20 parts, 16 in the middle.
+  // The mean is computed from the corners and, with 16 of 20 parts, the centre.
   const auto restraint_of = [&](std::size_t e) {
     const Strain* at = &strains_[per_element * e];
     if (!quadratic_) return TwiceRestraint(*at);

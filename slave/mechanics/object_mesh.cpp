@@ -139,8 +139,8 @@ bool IsMeasured(const Geometry& geometry) {
          std::holds_alternative<ContourFileGeometry>(geometry);
 }
 
-// Whether an element lies where `fixed` says. A measured outline's side or plane is what lies near
-// it; a side also faces the way its name says.
+// Selects the elements of `fixed`. For a measured outline, a side or plane contains the elements
+// near it; those of a side must also face in its direction.
 class Selection {
  public:
   Selection(const Scene& scene, const BoundaryMesh& mesh)
@@ -216,8 +216,8 @@ void RequireNodesIn(const Fixed& fixed, const std::vector<Vector3d>& nodes, doub
                                         nearest[plane->axis], distance(nearest)));
 }
 
-// The components of `count` elements or nodes that object.fixed holds, whose entries hold what
-// `holds` says; throws where that is nothing, `no` being the rest of the sentence.
+// Returns the fixed components of `count` elements or nodes: object.fixed for those that `holds`
+// selects. Throws if none is selected; `no` is the rest of the message.
 template <std::size_t kComponents, class Holds>
 std::vector<std::array<bool, kComponents>> HeldBy(const Scene& scene, int count, const char* no,
                                                   const Holds& holds) {

@@ -30,8 +30,8 @@ void RequireCount(int count, int least) {
   }
 }
 
-// Hands out what is left after whole numbers to the largest fractions; equal ones (to rounding, so
-// that opposite sides of a rectangle are equal) in order.
+// Distributes the remainder after rounding down to the largest fractions; equal ones (to rounding,
+// so that opposite sides of a rectangle are equal) in order.
 std::vector<int> LargestRemainder(const std::vector<double>& quota, int count) {
   std::vector<int> shares;
   shares.reserve(quota.size());
@@ -112,7 +112,7 @@ BoundaryMesh MeshLoops(const std::vector<Loop>& loops, int count) {
   return mesh;
 }
 
-// The loop as given or turned around, its first point staying first.
+// Returns the loop in the requested orientation with the same first point.
 Loop Turned(Loop loop, bool counter_clockwise) {
   if ((SignedArea(loop) > 0) != counter_clockwise) std::reverse(loop.begin() + 1, loop.end());
   return loop;

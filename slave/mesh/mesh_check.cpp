@@ -21,7 +21,7 @@ namespace {
 
 using Eigen::Vector3d;
 
-// Height of a degenerate tetrahedron, by the longest edge ...
+// Height of a degenerate tetrahedron, relative to the longest edge ...
 constexpr double kFlat = 1e-12;
 // ... and by the largest coordinate: the rounding of three differences.
 constexpr double kRounding = 8 * std::numeric_limits<double>::epsilon();
@@ -34,7 +34,7 @@ struct TetShape {
   double volume = 0, longest = 0, largest_face = 0;
 };
 
-// Computes in units of `scale`, so that no power of a length leaves the range of a double.
+// Computes in units of `scale`, so that powers of lengths do not overflow.
 TetShape ShapeOf(const SolidMesh& mesh, const std::array<int, 4>& tet, double scale) {
   std::array<Vector3d, 4> p;
   for (std::size_t i = 0; i < 4; ++i) {
@@ -93,7 +93,7 @@ void CheckShapes(SolidMesh* mesh, const MeshNumbers& numbers, MeshReport* report
   CountQuality(std::move(quality), numbers, report);
 }
 
-// Direction of a face's nodes after the smallest comes first.
+// A face with its smallest node first, and its orientation.
 struct Face {
   std::array<int, 3> sorted;
   bool even;

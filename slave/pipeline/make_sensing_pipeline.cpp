@@ -126,7 +126,7 @@ class AwaitedSense final : public SensingPipeline {
   const Make make_;
   const SenseInfo awaited_;
   std::unique_ptr<SensingPipeline> sense_;
-  std::atomic<SensingPipeline*> made_ = nullptr;  // `sense_`, once it has its first sample
+  std::atomic<SensingPipeline*> made_ = nullptr;  // equal to `sense_` after its first sample
   mutable PriorityInheritanceMutex mutex_;        // guards the next one
   std::string trouble_;
 };
@@ -158,7 +158,7 @@ SenseInfo Awaited(const Scene& scene) {
   return info;
 }
 
-// One line for each way of feeling.
+// Table of the kinds of sensing.
 struct SenseMaker {
   template <typename Made>
   [[nodiscard]] std::unique_ptr<SensingPipeline> Make() const {
@@ -191,7 +191,7 @@ struct SenseMaker {
 ModelOptions Changed(ModelOptions model, const ModelChange& change,
                      std::optional<ObjectClass> object) {
   if (!object) Refuse("kind = " + change.kind, "none, because no force is estimated here");
-  model.decision = {};  // whoever changes it decides
+  model.decision = {};  // the caller decides instead of `auto`
   if (!change.kind.empty()) SetKind(change.kind, *object, &model);
   RequireFriction(model);
   return model;

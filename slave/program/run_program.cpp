@@ -68,7 +68,7 @@ std::vector<char*> Pointers(std::vector<std::string>* texts) {
   return pointers;
 }
 
-// This process's, with numbers written the C way.
+// Returns the environment of this process with the C number format.
 std::vector<std::string> Environment() {
   std::vector<std::string> variables{"LC_ALL=C"};
   for (char** variable = environ; *variable != nullptr; ++variable) {

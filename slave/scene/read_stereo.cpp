@@ -1,5 +1,4 @@
-// `sense.camera` where it is a pair of cameras, simulated or from files, or takes depth images
-// (paper C).
+// `sense.camera` for a pair of cameras, simulated or from files, or for depth images (paper C).
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -37,8 +36,8 @@ std::string FirstLine(const std::string& text) {
   return text.substr(0, text.find('\n'));
 }
 
-// Reads of the rig's file only what is needed to refuse a wrong file and to find the size of the
-// left images; {0, 0}: not known.
+// Reads only the part of the rig's file that is needed to reject a wrong file and to find the size
+// of the left images; {0, 0}: unknown.
 std::array<int, 2> ReadRigHeader(Section& section, const StereoCameras& pair) {
   constexpr const char* kAccepted =
       "a rig of two cameras, written by `calibrate --left ... --right ...`";
@@ -155,7 +154,7 @@ StereoCameras ReadStereoFiles(Section& camera, const SceneContext& context, cons
     pair.rig = ReadExistingFile(section, "rig", context);
   }
   if (is_full && section.mistakes()->count() == before) pair.size = ReadRigHeader(section, pair);
-  // What is only followed may be followed in the left camera's own frame.
+  // An object that is only tracked may be tracked in the left camera's frame.
   const bool needs_pose = is_full && IsHeld(object);
   pair.X_SL = needs_pose ? ReadKnownPose(camera) : ReadPose(camera, pair.X_SL);
   return pair;
@@ -190,7 +189,7 @@ DepthImages ReadDepthImages(Section& camera, const SceneContext& context) {
   return depth;
 }
 
-// After one mistake the other keys are not judged.
+// Skips the other keys after a mistake.
 void PassOver(Section& camera) {
   for (const char* key :
        {"rate", "size", "pose", "pixel", "intrinsics", "unit", "fx", "fy", "cx", "cy", "sigma"}) {

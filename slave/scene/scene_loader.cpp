@@ -20,8 +20,8 @@ Eigen::Isometry3d CameraOver(const std::optional<BoundingBox>& box) {
   return X_SC;
 }
 
-// How many boundary elements the object will have; more than requested if the outline has more
-// edges.
+// Returns the number of boundary elements of the object; more than requested if the outline has
+// more edges.
 int ElementCount(const Scene& scene) {
   const auto& geometry = scene.object.geometry;
   if (std::holds_alternative<DiscGeometry>(geometry)) return scene.model.elements;
@@ -57,7 +57,7 @@ class CrossCheck {
   }
 
  private:
-  // Which kinds of sensing measure which objects.
+  // Checks that the kind of sensing can measure the object.
   void CheckGeometry() {
     if (use_ != SceneUse::kFull) return;
     const Geometry& geometry = scene_.object.geometry;
@@ -84,7 +84,7 @@ class CrossCheck {
            (stereo == nullptr || stereo->source != StereoCameras::Source::kSimulated);
   }
 
-  // Two cameras may also follow what moves as a whole; a simulated target does so on its path.
+  // Two cameras may also track a body that moves as a whole, such as a simulated target.
   void CheckHeld() {
     const auto* stereo = scene_.sense.Find<StereoCameras>();
     const bool is_given = IsPresent("object", "fixed");
@@ -100,7 +100,7 @@ class CrossCheck {
     }
   }
 
-  // Which models compute which objects.
+  // Checks that the model can compute the object.
   void CheckKind() {
     const Geometry& geometry = scene_.object.geometry;
     const std::string& kind = scene_.model.kind;
@@ -115,8 +115,7 @@ class CrossCheck {
     }
   }
 
-  // A model that knows flat and round tools alone would compute another one, and a key that no
-  // model of the object uses would be accepted.
+  // Rejects tools that the model does not support, and keys that no model of the object uses.
   void CheckTool() {
     const Geometry& geometry = scene_.object.geometry;
     if (IsPresent("tool", "depth") && !IsPlanar(geometry)) {
@@ -218,7 +217,8 @@ class CrossCheck {
     }
   }
 
-  // Without a manipulator nothing reports where in the first image the tip is.
+  // Requires a template without a manipulator, because nothing else determines the tip in the first
+  // image.
   void CheckTemplate() {
     const auto* tip = scene_.sense.Find<TipTracking>();
     const bool is_alone = scene_.manipulator.source == ManipulatorOptions::Source::kNone;
@@ -259,7 +259,7 @@ class CrossCheck {
     }
   }
 
-  // What the models of a membrane, and the simulated one, can do.
+  // Checks the limits of the membrane models and of the simulated membrane.
   void CheckMembrane() {
     const MembraneLimits limits(scene_);
     if (!limits.apply() || mistakes_->count() > 0) return;

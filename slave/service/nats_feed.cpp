@@ -65,7 +65,7 @@ void NatsFeed::Publish(const SlaveState& state, Time now) {
     Send(status, statuses_);
     statuses_.due = now + statuses_.gap;
   }
-  // With the topology in each: a reader may begin with any, and miss any.
+  // Each message contains the topology, because a reader may begin with any message and miss any.
   PublishBulk<v1::MeshState>(state, now, &meshes_, [&](v1::MeshState* mesh) {
     BoundaryShape shape = slave_.Shape({});
     shape.state_sequence = state.sequence;

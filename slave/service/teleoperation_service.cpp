@@ -11,7 +11,8 @@ namespace {
 
 // Tactile samples need 80 kB/s; 4000 reports have 128 bytes each. [bytes/s]
 constexpr double kSampleRate = 256e3, kReportRate = 512e3;
-constexpr std::size_t kMaxReasonLength = 200;  // [characters]; what is longer is cut, never refused
+// [characters]; longer reasons are truncated, not rejected.
+constexpr std::size_t kMaxReasonLength = 200;
 
 // Answers with the result of `work`.
 template <class Work>

@@ -36,7 +36,7 @@ Vector3d AddMesh(const MeshFileGeometry& geometry, Remarks* remarks) {
   return report.high_O - report.low_O;
 }
 
-// The size along the axes of O; zero: it is not known yet.
+// Returns the size along the axes of O; zero: not known yet.
 Vector3d SizeOf(const Geometry& geometry) {
   if (const auto* box = std::get_if<BoxGeometry>(&geometry)) return box->size;
   if (const auto* disc = std::get_if<MembraneGeometry>(&geometry)) {

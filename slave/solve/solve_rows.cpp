@@ -70,8 +70,8 @@ void RefuseOtherAxes(const RowValues& values, const Axes& axes, const ObjectMesh
   }
 }
 
-// The row's tool: the scene's with what the columns say. `radius` makes it round, or flat if 0;
-// `width` is that of a flat one, `depth` its extent through the thickness of a planar object.
+// Sets the row's tool: that of the scene, changed by the columns. `radius` makes it round, or flat
+// if 0; `width` is that of a flat one, `depth` its extent through the thickness of a planar object.
 void SetTool(const RowValues& values, const RowRules& rules, double largest,
              const RefuseColumn& refuse, SolveRow* row) {
   const bool moved = row->contact.kind == Contact::Kind::kDisplacement;

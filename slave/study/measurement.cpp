@@ -29,7 +29,7 @@ namespace {
 
 using Eigen::Vector3d;
 
-constexpr int kSteps = 4;  // from the small depth to the full one, as a hand would go
+constexpr int kSteps = 4;  // steps from the small depth to the full one, as in a manual press
 constexpr double kNarrow = 0.75, kWide = 1.4;  // of the tool's width, for the slope
 constexpr std::size_t kMinRepeats = 5, kMaxRepeats = 1000;
 constexpr int kHop = 10;  // every tenth update touches other elements
@@ -44,7 +44,7 @@ PressAnswers AnswerTo(const SeenPress& seen, LoadIdentifier* identifier) {
   return {answer, answer, 0, 0};
 }
 
-// Finds the elements of places, as the tracker does before it asks the model.
+// Finds the elements of positions, as the tracker does before it queries the model.
 class Finder {
  public:
   explicit Finder(const ObjectMesh& mesh) : mesh_(mesh), skin_(SurfaceOf(mesh)) {}
@@ -116,9 +116,9 @@ class Trial {
     return answers;
   }
 
-  // Seconds of single updates: the tool goes deeper and back and, now and then, on to other
-  // elements, which is what the slowest percent shows. The same updates are repeated three times
-  // and the shortest of each counts, so that no delay by the machine is taken for the model's.
+  // Measures single updates [s]: the tool moves deeper and back, and sometimes to other elements,
+  // which determines the slowest percent. The updates are repeated three times and the shortest
+  // time of each is used, to exclude delays by the machine.
   std::vector<double> Updates(const Press& press, double timing_s) {
     constexpr std::size_t kPasses = 3;
     std::array<std::vector<double>, kPasses> passes{Pass(press, timing_s, kMaxRepeats)};
@@ -196,7 +196,7 @@ class Trial {
     return response;
   }
 
-  // The force that `depth` takes of a tool this much wider.
+  // Returns the force at `depth` for a tool that is wider by this factor.
   study::Answer At(const Press& press, double depth, double width_share) {
     const double width = width_share * question_.width;
     return press.loaded ? Push(press, depth, width) : Move(press, depth, width);
@@ -246,8 +246,8 @@ class Trial {
     return IsPatchCoarse(cover);
   }
 
-  // How the force grows with the width that the mesh gives the tool; NaN: the mesh is too coarse to
-  // determine it. 0 where nothing is to be corrected: a plate takes the width as it is.
+  // Returns the growth of the force with the tool's discretised width; NaN: the mesh is too coarse
+  // to determine it. It is 0 for plates, which use the exact width.
   double SlopeOf(const Press& press) {
     if (touch_ || grows_ || TakesWidthAsItIs(mesh_)) return 0;
     const auto seen = [&](double share, const study::Answer& answer) {

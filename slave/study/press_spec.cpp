@@ -69,7 +69,7 @@ Press OnTriangle(const SurfaceMesh& surface, int triangle, const Vector3d& p_O) 
   return {p_O, -Normal(surface, triangle), edge.normalized()};
 }
 
-// Where the ray leaves the surface last; nullopt: it never meets it.
+// Returns where the ray leaves the surface last; nullopt: it does not intersect it.
 std::optional<Press> LastExit(const SurfaceMesh& surface, const Vector3d& from,
                               const Vector3d& way) {
   std::optional<Press> exit;
@@ -153,8 +153,8 @@ class Cut {
       : corners_(corners), centre_(centre), radius_(radius) {
     Add(Matrix3d::Identity(), area, 0);
   }
-  // Integral of l l^T, l the barycentric coordinates, over what lies in the ball [m^2]. The sum of
-  // all entries is the area, since coordinates sum up to 1.
+  // Integral of l l^T, l the barycentric coordinates, over the part of the triangle in the ball
+  // [m^2]. The sum of all entries is the area, since coordinates sum up to 1.
   [[nodiscard]] const Matrix3d& moment() const { return moment_; }
 
  private:

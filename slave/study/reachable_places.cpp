@@ -32,7 +32,7 @@ std::pair<std::size_t, double> PieceAt(const std::vector<double>& sizes, double 
 
 std::vector<Vector3d> OnOutline(const Scene& scene, double width,
                                 const std::vector<double>& shares) {
-  constexpr int kPieces = 3989;  // prime: lies under no mesh evenly
+  constexpr int kPieces = 3989;  // prime, so that it is not commensurate with any mesh
   Scene fine = scene;
   if (!HoldsByNumber(scene)) fine.model.elements = kPieces;
   const BoundaryMesh mesh = MeshOutline(fine, std::nullopt);
@@ -65,7 +65,7 @@ std::vector<double> AreasOf(const SurfaceMesh& skin) {
   return areas;
 }
 
-// Fixed parts are known by their nodes, so the triangles must be small.
+// Fixed parts are known only at nodes, so the triangles must be small.
 SurfaceMesh FineSkin(const Scene& scene, double width) {
   constexpr std::size_t kMaxTriangles = 6'000;
   SurfaceMesh skin = SurfaceOf(MeshObject(scene, std::nullopt));
@@ -80,7 +80,8 @@ double Fraction(double x) {
   return x - std::floor(x);
 }
 
-// Anywhere on a triangle: its middle would lie in every mesh of its kind alike.
+// Returns a point anywhere on a triangle; centres would have the same position in every mesh of a
+// kind.
 Vector3d OnFacet(const SurfaceMesh& skin, const std::vector<double>& areas, double share) {
   constexpr double kStripes = 100 * std::numbers::phi;
   const auto [at, within] = PieceAt(areas, share);

@@ -55,10 +55,12 @@ double RoundForce(const Scene& scene, const Press& press, double depth) {
          way.dot(simulation::Touched(*solution.round, depth * way, 0).total());
 }
 
-constexpr double kGood = 0.05;    // an independent answer's own bar, relative
-constexpr double kRound = 1e-3;   // of a round tool's true contact (round_touch_test), relative
-constexpr double kOfLaw = 0.3;    // of its own size: what a plate's law leaves out, see plate_law.h
-constexpr double kOneMesh = 0.3;  // of its own effect: a nonlinearity known from one mesh only
+constexpr double kGood = 0.05;   // an independent answer's own bar, relative
+constexpr double kRound = 1e-3;  // of a round tool's true contact (round_touch_test), relative
+// Relative uncertainty of the error of a plate's law, see plate_law.h.
+constexpr double kOfLaw = 0.3;
+// Relative uncertainty of a nonlinearity that is known from one mesh only.
+constexpr double kOneMesh = 0.3;
 constexpr const char* kIndependent = "finite elements";
 
 struct Limit {
@@ -96,7 +98,7 @@ std::map<std::string, std::vector<const StudyRow*>> Families(const std::vector<S
   return families;
 }
 
-// d ln force / d ln width: of the finest member that determines it, else of none.
+// Returns d ln force / d ln width of the finest member that determines it.
 double SlopeOf(const std::vector<const StudyRow*>& members, std::size_t press) {
   for (const StudyRow* row : members) {
     const double slope = row->answers[press].width_slope;
@@ -169,7 +171,8 @@ std::optional<double> Graded(const Scene& scene, const Press& press, const Press
   return PlanarStiffness(scene, press, width, check ? PlanarMesh::kMedium : own);
 }
 
-// A box with no more cells than the far field takes: near the tool they are cut anyway.
+// Returns the scene with as few cells as the far field needs, because they are refined near the
+// tool.
 Scene WithFewCells(Scene scene, double width) {
   constexpr double kFar = 0.25;  // of the box
   auto* box = std::get_if<BoxGeometry>(&scene.object.geometry);
@@ -205,7 +208,7 @@ Estimate Finer(const std::vector<double>& ratios) {
   double mean = 0, scatter = 0;
   for (const double ratio : ratios) mean += ratio / count;
   for (const double ratio : ratios) scatter += (ratio - mean) * (ratio - mean);
-  const double half_step = 0.5 * std::abs(mean - 1);  // what the finer ones may be off themselves
+  const double half_step = 0.5 * std::abs(mean - 1);  // uncertainty of the finer ones
   return {mean, std::max(half_step, std::sqrt(scatter / std::max(count - 1, 1.0)))};
 }
 
@@ -218,7 +221,8 @@ double LinearForce(const std::vector<StudyRow>& rows, const StudyRow& large, std
   return linear == rows.end() ? kUnknown : linear->answers[press].full.value;
 }
 
-// How much stiffer than linear the object is at full depth; `linear`: the linear force there.
+// Returns the ratio of the nonlinear to the linear force at full depth; `linear`: the linear force
+// there.
 template <typename Linear>
 Estimate Stiffening(const std::vector<const StudyRow*>& members, std::size_t press,
                     const Linear& linear) {
@@ -255,8 +259,8 @@ bool IsWorse(double a, double b) {
   return std::isnan(a) ? !std::isnan(b) : a > b;
 }
 
-// The worst of up to nine contacts, or what nine of ten stay within if there are more: how a mesh
-// happens to lie under one of many is no property of the mesh.
+// Returns the largest error of up to nine contacts, or the 90th percentile if there are more,
+// because the position of a mesh under one of many contacts is random.
 template <typename Value, typename Error>
 Value AtNineOfTen(std::vector<Value> all, Error error) {
   std::ranges::sort(all,
@@ -264,8 +268,8 @@ Value AtNineOfTen(std::vector<Value> all, Error error) {
   return all[all.size() / 10];
 }
 
-// How far the error that nine of ten stay within may be from that of all places, one sigma: how
-// many of so few lie beyond it is binomial, which gives the ranks before and after it.
+// Returns one sigma of the 90th percentile as an estimate for all positions: the number of errors
+// beyond it is binomial, which determines the ranks before and after it.
 double SamplingBar(std::vector<double> errors) {
   if (errors.size() < kMany) return 0;
   std::ranges::sort(errors, IsWorse);
@@ -317,7 +321,7 @@ std::optional<double> PlanarStiffness(const Scene& scene, const Press& press, do
     const double found =
         Stiffness(scene, press, width, kMeshes[static_cast<std::size_t>(fineness)]);
     return found > 0 ? std::optional(found) : std::nullopt;
-  } catch (const std::exception&) {  // the formulation has limits of its own; others remain
+  } catch (const std::exception&) {  // this formulation is not applicable; others remain
     return std::nullopt;
   }
 }
@@ -361,7 +365,7 @@ void ReferenceFinder::AddRound(const Scene& scene) {
     try {
       force.value = RoundForce(scene, press, question_.depth);
       force.bar = kRound * force.value;
-    } catch (const std::exception&) {  // no mesh, no place: the models' own limit remains
+    } catch (const std::exception&) {  // no mesh or position; the limit of the models remains
     }
     independent_.push_back(force);
   }
@@ -392,7 +396,7 @@ Reference ReferenceFinder::FindOne(const std::vector<StudyRow>& rows, std::size_
         return std::pair(!l.extrapolated, l.relative_bar());
       });
   Reference reference{best.force, {}, best.words};
-  // The limits of meshes that lie under each place otherwise contradict no answer that has a bar.
+  // An error bar also covers the variation of the mesh's position between contacts.
   if (settled) {
     reference.source += "; not compared with others";
   } else if (const Limit* second = SecondOpinion(limits, best)) {

@@ -35,7 +35,8 @@ std::optional<Triple> TripleFrom(const std::vector<MeshAnswer>& sorted, std::siz
   return triple;
 }
 
-// Bisection: the right-hand side of the equation for p falls from its value at p -> 0 to zero.
+// Solves for p by bisection: the right-hand side of the equation decreases from its value at p -> 0
+// to zero.
 std::optional<double> OrderOf(const Triple& t) {
   const double fine = t[0].value - t[1].value, coarse = t[1].value - t[2].value;
   if (!(fine / coarse > 0)) return std::nullopt;

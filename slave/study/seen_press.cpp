@@ -26,7 +26,7 @@ constexpr double kInView = 0.9;  // of the radius: texture and depths reach so f
 // Share of the membrane's radius: radii that differ by less have one solid [-]. [derived: rounding]
 constexpr double kSameRadius = 1e-6;
 
-// Printed dots, or what is spread over a membrane whose points are not printed.
+// Returns the printed dots, or positions spread over a membrane without dots.
 std::vector<Vector2d> PlacesOfPoints(const Scene& scene, double radius) {
   const auto* points = scene.sense.Find<PointTracking>();
   if (points != nullptr && points->track == PointTracking::Track::kDots) return DotPlaces(*points);
@@ -138,7 +138,8 @@ std::vector<SeenPress> SeePresses(const Scene& scene, const PressSpec& question)
   if (membrane == nullptr || !scene.tool || !HasStereoOrDepth(scene.sense)) return {};
   try {
     return Solve(scene, question, *membrane);
-  } catch (const std::exception&) {  // beyond the solid: the model answers for the depth instead
+    // The solid has no solution; the model is used with the depth instead.
+  } catch (const std::exception&) {
     return {};
   }
 }

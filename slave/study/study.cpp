@@ -47,7 +47,7 @@ std::string Sentence(const StudyRow& row, const std::string& because) {
                    100 * row.error.value, 1e6 * row.update_p99_s, row.precompute_s);
 }
 
-// Where nothing meets both: what the row that comes nearest misses.
+// Returns which requirement the recommended row misses, if none meets both.
 std::string Missed(const StudyRow& row, double tolerance, double rate) {
   std::string words = "no model meets tolerance and rate; this one is nearest to both:";
   if (!row.meets_tolerance) {
@@ -61,7 +61,7 @@ std::string Missed(const StudyRow& row, double tolerance, double rate) {
   return words;
 }
 
-// Why no row meets both: which of the two cannot be met at all, or what they cost each other.
+// Returns why no row meets both: which requirement cannot be met at all, or how they conflict.
 template <typename Eligible>
 std::string Conflict(double tolerance, double rate, const Eligible& any,
                      std::vector<StudyRow>* rows) {
@@ -93,8 +93,8 @@ std::string Conflict(double tolerance, double rate, const Eligible& any,
          in_time->name() + Formatted(" with up to %.2g %%", 100 * ErrorOrBound(*in_time));
 }
 
-// Whether the model is in its range at the study's contacts: 0 at all, 1 at nine of ten, 2 at
-// fewer.
+// Returns whether the model is within its range at the study's contacts: 0 at all, 1 at nine of
+// ten, 2 at fewer.
 std::size_t RangeOf(const StudyRow& row) {
   return row.beyond == 0 ? 0 : row.beyond <= row.answers.size() / 10 ? 1 : 2;
 }
@@ -102,7 +102,7 @@ std::size_t RangeOf(const StudyRow& row) {
 constexpr double kWorthABar = 2;  // [s]
 constexpr double kNever = std::numeric_limits<double>::infinity();
 
-// Ends a precompute that would not fit any more, and remembers why.
+// Stops a precomputation that exceeds the budget, and stores the reason.
 class Allowance final : public Progress {
  public:
   Allowance(const StudySettings& settings, const ModelFactory& factory, double deadline,
@@ -187,7 +187,7 @@ class Study {
   }
 
  private:
-  // Linear models carry the reference, without which no error is known.
+  // Linear models are first, because the reference depends on them.
   [[nodiscard]] static double Urgency(const Candidate& c) { return c.linear ? 0.25 : 1; }
   [[nodiscard]] bool Affords(double expected) const {
     return settings_.counted ? counted_ + expected <= settings_.budget_s
@@ -239,7 +239,7 @@ class Study {
   const std::stop_token& stop_;
   const StudyWatcher& watcher_;
   double deadline_ = 0;  // kNever: the budget is counted
-  double counted_ = 0;   // expected seconds of what was tried
+  double counted_ = 0;   // expected time of the tested candidates [s]
   Scene scene_;
   StudyResult result_;
   std::optional<ReferenceFinder> finder_;  // empty: errors are not evaluated

@@ -76,8 +76,8 @@ void Cut(const Edge& edge, const std::vector<std::size_t>& tets, SolidMesh* mesh
   }
 }
 
-// Cuts edges that are longer than `allowed` at their middle and all tetrahedra around them; beside
-// a tetrahedron's longest edge no shorter one is cut, which keeps shapes.
+// Bisects edges that are longer than `allowed`, with all tetrahedra around them. Only the longest
+// edge of a tetrahedron is bisected, which preserves the element quality.
 void Refine(const std::function<double(const Vector3d&)>& allowed, SolidMesh* mesh) {
   for (bool more = true; more;) {
     more = false;
@@ -101,7 +101,7 @@ void Refine(const std::function<double(const Vector3d&)>& allowed, SolidMesh* me
   }
 }
 
-// Which nodes the tool moves.
+// Returns which nodes the tool moves.
 std::vector<char> MovedNodes(const RestStiffness& stiffness, const Press& press, double width) {
   const TetMesh& elements = stiffness.elements;
   std::vector<char> moved(elements.nodes.size(), 0);
@@ -236,7 +236,7 @@ std::optional<double> VolumeStiffness(const Scene& scene, const Press& press, do
     const double force = scene.object.material.young_modulus * stiffness.length_unit *
                          EnergyOf(stiffness, given) / seen;
     return force > 0 && std::isfinite(force) ? std::optional(force) : std::nullopt;
-  } catch (const std::exception&) {  // the formulation has limits of its own; others remain
+  } catch (const std::exception&) {  // this formulation is not applicable; others remain
     return std::nullopt;
   }
 }

@@ -11,8 +11,8 @@ namespace {
 
 // Largest accepted distance from the line, so that one sample cannot draw it [noise at rest].
 constexpr double kSpike = 20;
-// Variances of noise by which squared slopes must exceed it: of all electrodes together, and of the
-// pressure or a few channels alone [-].
+// Smallest squared slope in variances of the noise: of all electrodes together, and of the pressure
+// or a few channels [-].
 constexpr double kTogether = 2, kAlone = 9;
 // Typical time for which the last slope continues [samples].
 constexpr double kLasts = 1000;
@@ -67,8 +67,8 @@ void Baseline::Take(const FingerReading& reading, double keep) noexcept {
   if (known()) Fit();
 }
 
-// A contact moves electrodes and pressure; what only one of them does, or neither, is drift.
-// Without a pressure what the channels do at once is a contact.
+// A contact changes both electrodes and pressure; other changes are drift. Without a pressure a
+// sudden change of the channels is a contact.
 void Baseline::Follow(const FingerReading& reading) noexcept {
   const TactileSignals change = Change(reading);
   double channels = 0;

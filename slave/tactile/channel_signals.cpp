@@ -69,7 +69,7 @@ void ChannelSignals::FindJumps() noexcept {
     if (seen_ == 0) {
       channel.is_fresh = false;
     } else if (std::exchange(channel.is_fresh, false) && std::abs(step - channel.jump) < surprise) {
-      channel.jump = 0;  // it goes on
+      channel.jump = 0;  // the change continues, so it is no jump
       channel.pace = step;
     } else if (seen_ == 2 && surprise > pattern_->second_difference[i]) {
       const bool is_back = std::abs(channel.jump + step) < kBack * std::abs(step);

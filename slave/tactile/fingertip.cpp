@@ -12,10 +12,11 @@ namespace {
 // Shares of the error's size. [-] [tuned: AForceWithinTheNetworksErrorIsNoTouch]
 constexpr double kBeginShare = 0.5, kEndShare = 0.25;
 constexpr double kRises = 3;       // 0.02 N [counts]
-constexpr double kRestSigmas = 2;  // that the pressure's rest value may be off, besides
+constexpr double kRestSigmas = 2;  // sigmas by which the pressure's baseline may also deviate
 // Largest change of a channel while the baseline is measured: more is not noise [noise at rest].
 constexpr double kConstantSamples = 20;
-// Largest force of a baseline: times that of the training's baselines, and sigmas besides [-].
+// Largest force of a baseline: relative to that of the training's baselines, plus a number of
+// sigmas [-].
 constexpr double kSameRest = 2, kBaselineSigmas = 3;
 // Samples that may be missing, unflagged. [-] [tuned: AFewMissingSamplesAreMadeUpFor]
 constexpr int kBelieved = 2;
@@ -125,7 +126,7 @@ bool Fingertip::UpdateBaseline(const FingerReading& reading, bool is_clear) noex
   return true;
 }
 
-// A contact moves the channels while the baseline is measured, or they are elsewhere than in the
+// Detects a contact while the baseline is measured: the channels move, or differ from those in the
 // training.
 void Fingertip::ExamineBaseline() noexcept {
   const NetworkInfo& network = this->network();
@@ -228,7 +229,7 @@ void Fingertip::Keep(const FingerReading& reading) noexcept {
   baseline_.Take(reading);
 }
 
-// All but the newest, whose turn comes.
+// Learns from all readings except the newest, which is processed later.
 void Fingertip::LearnKeptNoise() noexcept {
   if (!model_) return;
   const std::size_t oldest = kept_.size() + kept_next_ - kept_count_;

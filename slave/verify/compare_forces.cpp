@@ -23,7 +23,7 @@ using Eigen::VectorXd;
 
 constexpr double kLoadedShare = 0.05;  // of the largest measured force
 
-// The quantity whose standard deviation a sigma is.
+// The quantity to which a sigma refers.
 enum class SigmaKind : std::uint8_t { kMagnitude, kVector, kAxis };
 
 // The mean of the columns of each hold; columns of one hold are neighbours.
@@ -41,7 +41,7 @@ Matrix3Xd MeansOfHolds(const Matrix3Xd& columns, const std::vector<const ForceRo
 // Two columns of vectors, on the axes on which some row has a number in both.
 struct Columns {
   std::vector<int> axes;
-  std::vector<const ForceRow*> rows;  // those with numbers on all of these axes
+  std::vector<const ForceRow*> rows;  // rows with numbers on all of these axes
   Matrix3Xd first, second;            // 0 on other axes
 };
 
@@ -132,14 +132,14 @@ class Comparer {
   const std::vector<ForceRow>& all_;
   const ForceSource& source_;
   ForceComparison result_;
-  std::vector<const ForceRow*> rows_;  // that are compared
+  std::vector<const ForceRow*> rows_;  // compared rows
   ForceRecord record_;  // these rows; estimates divided by the unit, measured ones moved
   std::vector<double> sigma_;
   double largest_ = 0;               // measured force [N]
   double largest_estimate_ = 0;      // in its own unit [N]
   ForceRecord fitted_;               // the means of holds, or the record without its drift
   std::vector<int> block_;           // of the columns of fitted_
-  Vector3d drift_{0, 0, 0};          // of a record whose drift is wrong [N]
+  Vector3d drift_{0, 0, 0};          // drift of the record if it is wrong [N]
   Vector3d offset_{0, 0, 0};         // [N]
   Matrix3d map_ = Matrix3d::Zero();  // the estimate without errors: map_ measured + offset_
 };
@@ -249,7 +249,7 @@ void Comparer::AddChannels() {
   Keep(kept);
 }
 
-// The drift is subtracted where it is wrong.
+// Subtracts the drift if it is wrong.
 void Comparer::AddChange() {
   const RecordChange change = FitChange(record_);
   const double right = kChangeTolerance * largest_estimate_;
@@ -382,8 +382,9 @@ void Comparer::AddDirections() {
   result_.lines.push_back(std::move(frame));
 }
 
-// The force that is estimated without a load: the least by both regressions, and by the mean error
-// where scale and frame are right, because a prediction that tends to its mean has no offset.
+// Determines the force that is estimated without a load: the smallest one by both regressions, and
+// by the mean error if scale and frame are right, because a prediction that tends to its mean has
+// no offset.
 void Comparer::AddOffset() {
   Line& line = Add("zero", "Offset");
   if (result_.map.directions == 0) return;
@@ -472,7 +473,7 @@ void Comparer::AddSigma() {
     kind = std::ranges::min({SigmaKind::kAxis, SigmaKind::kVector}, {},
                             [&](SigmaKind one) { return std::abs(std::log(rms_of(one, false))); });
   }
-  // A unit's mistake may concern the force alone.
+  // A wrong unit may concern only the force.
   const double ratio = rms_of(kind, false);
   if (is_any && std::abs(std::log(ratio / result_.unit)) < std::abs(std::log(ratio))) {
     for (double& sigma : sigma_) sigma *= result_.unit;

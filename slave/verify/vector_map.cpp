@@ -17,7 +17,7 @@ using Eigen::Matrix3Xd;
 using Eigen::Vector3d;
 
 constexpr double kMinShare = 0.2;      // of the largest direction's size that a direction needs
-constexpr double kNearlyWhole = 0.98;  // of an axis that lies in the tested directions
+constexpr double kNearlyWhole = 0.98;  // smallest share of an axis within the tested directions
 constexpr double kTie = 0.02;          // cosines that differ less are equally good
 
 // Every relation that keeps the axes that are not in `axes`, the simplest ones first.
@@ -108,7 +108,7 @@ class MapFitter {
     }
     return best;
   }
-  // How much better another relation than "the same axes" explains the map, above a tie.
+  // Returns how much better another relation than equal axes explains the map.
   [[nodiscard]] double CaseForOthers(const Fit& fit) const {
     double highest = -2;
     for (std::size_t i = 1; i < relations_.size(); ++i) {
@@ -250,7 +250,7 @@ VectorMap FitMap(const Matrix3Xd& first, const Matrix3Xd& second, const std::vec
   std::vector<Fits> without;
   for (const Moments& one : of_block) {
     without.push_back(fitter.FitBoth(sum - one));
-    without.back().forth.K = forth.K;  // which loads there are is no error
+    without.back().forth.K = forth.K;  // the selection of loads is no error
     without.back().back.K = back.K;
   }
   const auto freedom = static_cast<double>(of_block.size()) - 1 - P.trace();

@@ -63,8 +63,8 @@ struct Rim {
   }
 };
 
-// The gradient outwards along the rim, of the centres from `from` to `to` of row `y`: a direction
-// at a time, so that compilers take several centres at once.
+// Sums the outward gradient along the rim for the centres `from` to `to` of row `y`, one direction
+// at a time so that compilers can vectorise over centres.
 void SumAlongRim(const BentGradient& bent, const Rim& rim, int y, int from, int to, float* sums) {
   std::fill(sums + from, sums + to, 0.0F);
   for (std::size_t k = 0; k < kDirections; ++k) {
@@ -84,7 +84,8 @@ std::vector<Vote> VoteEverywhere(const BentGradient& bent) {
   for (double r = std::max(3.0, kMinRadius * std::max(cols, rows)); r < largest; r *= kRadiusStep) {
     const Rim rim(r);
     const int margin = static_cast<int>(r) + 1;
-    const double scale = std::sqrt(r / kCircleEdge * 8);  // larger circles are less likely
+    // Factor for larger circles, which are less likely.
+    const double scale = std::sqrt(r / kCircleEdge * 8);
     for (int y = margin; y < rows - margin; ++y) {
       SumAlongRim(bent, rim, y, margin, cols - margin, sums.data());
       for (int x = margin; x < cols - margin; ++x) {
@@ -97,10 +98,10 @@ std::vector<Vote> VoteEverywhere(const BentGradient& bent) {
   return best;
 }
 
-// At most `count` circles that lie whole in `image` (8 bit grey, smoothed), best first: those
-// along which most of the gradient points outwards, or inwards, all round. Each direction counts at
-// most once, however strong its edge. Every centre and radius (from 2 % of the longer edge on, in
-// steps of 8 %) is tried at 160 px: about 20 ms.
+// Returns at most `count` circles that are completely in `image` (8 bit grey, smoothed), best
+// first: those along which most of the gradient points outwards, or inwards. Each direction counts
+// at most once, independent of the strength of its edge. Every centre and radius (from 2 % of the
+// longer edge on, in steps of 8 %) is tested at 160 px: about 20 ms.
 std::vector<RoundEdge> FindRoundEdges(const cv::Mat& image, std::size_t count) {
   const double scale = std::min(1.0, kCircleEdge / std::max(image.cols, image.rows));
   cv::Mat working = image;
@@ -128,7 +129,7 @@ using PixelChain = std::vector<cv::Point>;
 
 // Larger images are searched at this size [px]. [tuned: ImagesWithoutAnObjectAreRefused]
 constexpr double kWorkingEdge = 480;
-// Against noise and fine texture [px]. [tuned: ImagesWithoutAnObjectAreRefused]
+// Blur against noise and fine texture [px]. [tuned: ImagesWithoutAnObjectAreRefused]
 constexpr double kBlur = 1.5;
 constexpr int kThresholds = 32;                     // between the darkest and the brightest percent
 constexpr double kMinArea = 0.001, kMaxArea = 0.7;  // area, part of the image
@@ -139,7 +140,7 @@ constexpr double kMinAgreement = 0.5;   // of the edge's sign along the outline,
 constexpr double kMinEdge = 1;          // mean gradient across the outline [grey levels / px]
 constexpr std::size_t kCircles = 24;    // considered beside the regions
 
-// Grey levels below which lie 1 % and 99 % of the pixels.
+// Returns the 1 % and 99 % quantiles of the grey levels.
 cv::Vec2i Percentiles(const cv::Mat& image) {
   std::array<int, 256> histogram{};
   for (int y = 0; y < image.rows; ++y) {
@@ -162,9 +163,9 @@ bool TouchesBorder(const PixelChain& outline, const cv::Size& size) {
          box.y + box.height >= size.height - 1;
 }
 
-// How strong the edge across the outline is, light to dark or dark to light all round: where the
-// sign changes, the parts cancel, and a strong piece counts no more than twice the median, so that
-// a line the outline happens to cross does not make it an object.
+// Returns the strength of the edge across the outline, light to dark or dark to light all round.
+// Parts with opposite signs cancel, and a strong part counts at most twice the median, so that a
+// line that the outline crosses does not make it an object.
 double EdgeAcross(const PixelChain& outline, const cv::Mat& gx, const cv::Mat& gy) {
   constexpr std::size_t kSpan = 3;  // points on either side that define the tangent
   const std::size_t n = outline.size();
@@ -229,7 +230,8 @@ class Search {
     }
   }
 
-  // Embryos that touch each other or their bed are no regions of their own, but still round.
+  // Considers circles, because embryos that touch each other or their bed are not separate regions,
+  // but round.
   void ConsiderCircles() {
     for (const RoundEdge& circle : FindRoundEdges(smooth_, kCircles)) {
       if (circle.radius <= tool_width_) continue;  // fits the tool itself
@@ -281,7 +283,7 @@ Curve FindObject(const cv::Mat& image, double tool_width) {
         "no contour found: no closed region lies completely in the image; give "
         "sense.contour.start");
   }
-  // Pixel centres: the working image's (0, 0) is the middle of the first block.
+  // Converts pixel centres: (0, 0) of the reduced image is the centre of the first block.
   const double fx = static_cast<double>(image.cols) / working.cols;
   const double fy = static_cast<double>(image.rows) / working.rows;
   Curve curve;

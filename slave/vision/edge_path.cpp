@@ -12,17 +12,17 @@ namespace palpate {
 namespace {
 
 constexpr int kRays = 128, kSizes = 97;
-constexpr double kMaxLarger = 0.8;  // logarithm of 2.2: a corner lies far from a circle
-constexpr double kBlur = 1.5;       // against noise and fine texture [px]
-constexpr int kMaxJump = 2;         // sizes, from ray to ray
-constexpr float kJump = 0.06F;      // what a jump by one costs; it grows with the square
-constexpr float kFar = 0.15F;       // what the largest or smallest size costs
-constexpr float kAnEdge = 0.2F;     // bent gradient
+constexpr double kMaxLarger = 0.8;  // logarithm of 2.2, because a corner is far from a circle
+constexpr double kBlur = 1.5;       // blur against noise and fine texture [px]
+constexpr int kMaxJump = 2;         // largest change of the size index between adjacent rays
+constexpr float kJump = 0.06F;      // cost of a change by one; it grows with the square
+constexpr float kFar = 0.15F;       // cost of the largest or smallest size
+constexpr float kAnEdge = 0.2F;     // smallest limited gradient of an edge
 
-// Bent gradients along the rays, outwards: kRays x kSizes.
+// Limited gradients along the rays, outwards: kRays x kSizes.
 struct Rays {
   Eigen::Vector2d middle{0, 0};
-  std::vector<Eigen::Vector2d> ways;  // from the middle to the guide [px]
+  std::vector<Eigen::Vector2d> ways;  // vectors from the centre to the guide [px]
   std::vector<float> across;
 
   [[nodiscard]] static double SizeOf(int j) {
@@ -45,7 +45,7 @@ Eigen::Vector2d MiddleOf(CurveView curve) {
   return area == 0 ? curve[0] : (curve[0] + sum / area).eval();
 }
 
-// The gradient, with its magnitude bent to 0 ... 1.
+// The gradient with its magnitude limited to 0 ... 1 by saturation.
 class BentGradient {
  public:
   explicit BentGradient(const cv::Mat& image) {
@@ -56,7 +56,7 @@ class BentGradient {
     cv::magnitude(gx_, gy_, magnitude_);
     half_ = static_cast<float>(2 * cv::mean(magnitude_)[0] + 0.1);
   }
-  // Along the unit vector `n`; 0 outside the image.
+  // Returns the component along the unit vector `n`; 0 outside the image.
   [[nodiscard]] float Along(const Eigen::Vector2d& p, const Eigen::Vector2d& n) const {
     const bool inside =
         p.x() >= 1 && p.y() >= 1 && p.x() < gx_.cols - 1 && p.y() < gx_.rows - 1;  // false for NaN
@@ -90,7 +90,7 @@ void Count(float edge, double share, EdgePath* path) {
   path->closedness += edge > kAnEdge ? share : 0;
 }
 
-// The best chain of sizes twice round; of it the middle half, which closes.
+// Returns the best closed chain of sizes: the central half of the best chain over two turns.
 std::vector<int> BestChain(const Rays& rays, float sign) {
   constexpr int kColumns = 2 * kRays;  // [by definition]
   std::vector<float> sum(static_cast<std::size_t>(kColumns * kSizes));

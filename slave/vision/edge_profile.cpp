@@ -11,8 +11,8 @@ namespace {
 constexpr int kAside = 2;
 constexpr int kStep = 3;  // samples on either side that define a step
 constexpr int kCentrings = 8;
-// Places in a window as whole numbers of 2^-20 px: taking floating point apart, sample by sample,
-// was two thirds of what the checks of one camera cost. [by definition]
+// Positions in a window are integers in units of 2^-20 px: splitting floating-point numbers per
+// sample was two thirds of the cost of the checks of one camera. [by definition]
 constexpr int kPlaces = 20;
 constexpr double kSlack = 1e-3;  // more than their rounding [px]
 
@@ -40,7 +40,7 @@ bool EdgeProfile::Read(const cv::Mat& image, const Eigen::Vector2d& p, const Eig
       half * n.cwiseAbs() + kAside * t.cwiseAbs() + Eigen::Vector2d::Constant(kSlack);
   const Eigen::Vector2d low = p - extent, high = p + extent;
   const bool inside = low.minCoeff() >= 0 && high.x() < image.cols - 1 && high.y() < image.rows - 1;
-  if (!inside) return false;  // so it is for NaN
+  if (!inside) return false;  // also false for NaN
   const cv::Rect box(cv::Point(static_cast<int>(low.x()), static_cast<int>(low.y())),
                      cv::Point(static_cast<int>(high.x()) + 2, static_cast<int>(high.y()) + 2));
   format_.Read(image, box, window_.data());
@@ -74,8 +74,8 @@ double EdgeProfile::Level(int k) const noexcept {
   return (at[-1] + at[0] + at[1]) / 3;
 }
 
-// Centroid of the profile's slopes of this sign around the sample `at`; the window is moved until
-// it is centred, and its ends count by the part of a sample that lies inside.
+// Returns the centroid of the profile's slopes of this sign around the sample `at`. The window is
+// moved until it is centred, and its ends count with the part of a sample that is inside.
 double EdgeProfile::Centroid(double sign, int at, double half_window) const noexcept {
   double centre = at;
   for (int round = 0; round < kCentrings; ++round) {

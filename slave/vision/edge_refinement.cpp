@@ -15,9 +15,10 @@ constexpr double kMinEdge = 3;  // total step across a clear edge [1/255 of full
 // Cosine between the normals before and after a point. [-] [tuned:
 // BothPolaritiesAndADeepImageGiveTheSameEdge]
 constexpr double kStraight = 0.97;
-constexpr std::size_t kNeighbours = 4;     // to either side, that show whether an edge jumps
-constexpr double kMinJump = 1, kJump = 4;  // what counts as one: [px], of the median jump
-constexpr double kMinContrast = 0.35;      // of the median edge, below which a point is left out
+constexpr std::size_t kNeighbours = 4;  // to either side, that show whether an edge jumps
+// Smallest jump: in pixels, and relative to the median change.
+constexpr double kMinJump = 1, kJump = 4;
+constexpr double kMinContrast = 0.35;  // of the median edge, below which a point is left out
 
 struct Edge {
   double place = 0;  // along the normal [px]
@@ -71,8 +72,8 @@ bool Rises(const std::vector<Ray>& rays) {
   return balance >= 0;
 }
 
-// Where the edge jumps away from those around it, farther than edges here do as a rule, another
-// edge was taken for it.
+// Drops positions that jump from their neighbours by more than usual, because they are on another
+// edge.
 void DropJumps(std::vector<std::optional<Edge>>& edges) {
   const std::size_t n = edges.size();
   if (n <= 2 * kNeighbours) return;

@@ -21,7 +21,8 @@ constexpr double kTolerance = 0.7;                // of the polygon [px] [by def
 constexpr double kPointSpacing = 12;              // of the snake's points [px]
 constexpr int kMinPoints = 60, kMaxPoints = 200;  // of the snake
 constexpr std::size_t kSidePoints = 6;            // of the edge on a side that is fitted
-// A corner lies no farther from the vertices of the edge beside it [px], which leaves it out.
+// Largest distance of a corner from the vertices of the edge beside it [px], which does not contain
+// it.
 constexpr double kCornerReach = 14;
 constexpr double kMinTurn = 0.17;  // between sides that meet in a corner [rad]
 
@@ -93,7 +94,7 @@ Curve WithCorners(const Curve& edge, std::vector<Side> sides) {
       polygon.push_back(edge[side.last]);
       continue;
     }
-    // The next straight side, if only short pieces lie before it.
+    // Finds the next straight side if only short pieces are before it.
     std::size_t next = k + 1;
     while (next < k + 3 && !sides[next % sides.size()].line) ++next;
     const Side& other = sides[next % sides.size()];

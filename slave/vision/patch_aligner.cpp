@@ -20,9 +20,9 @@ namespace {
 // A window has a unique position where a shift of a pixel, in any direction, changes its levels by
 // this much root mean square: below it noise (2 of 255) dominates.
 constexpr double kMinSlope = 1.0;    // [levels/px]
-constexpr double kMinAffine = 1e-4;  // of the affine Hessian's eigenvalues, least to largest
-// Smallest eigenvalue for the shift of a patch without a least slope: a bar without marks has 1e-9,
-// noise alone 1. [-] [tuned: AToolWithoutMarksIsTrackedByItsEnd]
+constexpr double kMinAffine = 1e-4;  // smallest ratio of the affine Hessian's eigenvalues
+// Smallest eigenvalue for the shift of a patch: a bar without marks has 1e-9, pure noise 1 [-].
+// [tuned: AToolWithoutMarksIsTrackedByItsEnd]
 constexpr double kMinShift = 1e-6;
 // Width of the weights, in edges. [-] [tuned: WindowsThatLeaveTheImageAreLostAndComeBack]
 constexpr double kSigma = 0.2;
@@ -32,7 +32,7 @@ constexpr double kSigma = 0.2;
 constexpr double kNoiseOfResidual = 9.0 / 4 / 2;
 constexpr int kMaxSteps = 30;
 constexpr double kSettled = 0.003;  // [px]
-constexpr double kFloor = 0.01;     // what interpolation leaves [px]
+constexpr double kFloor = 0.01;     // error of the interpolation [px]
 
 // Limits of AlignRobustly: reach from the start, and last step with which it counts as converged
 // [px].
@@ -40,9 +40,9 @@ constexpr double kReach = 3, kEnough = 0.05;
 constexpr float kMinError = 1.5F;  // scale of the errors below which none is left out [levels]
 constexpr float kHidden = 0.3F;    // weight below which a pixel counts as covered
 
-// Levels of `size` pixels under `warp`, which all lie inside the image, less `mean`. 16.16 fixed
-// point along a row: 1e-5 px, and no conversions per pixel. Rounding outwards by a unit is caught
-// by the clamp.
+// Reads the levels of `size` pixels under `warp`, which are all inside the image, minus `mean`. It
+// uses 16.16 fixed point along a row: accurate to 1e-5 px without conversions per pixel. The clamp
+// limits outward rounding by one unit.
 template <typename Pixel>
 void SampleAs(const cv::Mat& grey, const PatchWarp& warp, const cv::Size& size, float mean,
               float* out) noexcept {
@@ -191,7 +191,7 @@ bool PatchAligner::Invert(int freedoms) noexcept {
   return true;
 }
 
-// Levels times the roots of the weights, and what is left of them beside the weighted mean.
+// Computes the levels times the roots of the weights, without their weighted mean.
 double PatchAligner::WeighLevels() noexcept {
   auto levels = levels_.head(count_);
   levels.array() *= root_weights_.array();
@@ -299,7 +299,7 @@ PatchAligner::Match PatchAligner::AlignRobustly(const cv::Mat& grey, const Patch
   return match;
 }
 
-// The levels as a sum of the shift's gradients, T~ and 1, by squares weighted with the trust.
+// Fits the levels by the gradients of the shift, T~ and 1, with weights `trust`.
 PatchAligner::Fit PatchAligner::Regress(Eigen::Matrix4d* inverse) noexcept {
   constexpr std::array kColumns{0, 1, kMaxFreedoms, kMaxFreedoms + 1};  // [by definition]
   Eigen::Matrix4d A;
@@ -315,7 +315,7 @@ PatchAligner::Fit PatchAligner::Regress(Eigen::Matrix4d* inverse) noexcept {
   return *inverse * b;
 }
 
-// Tukey's weights of the errors that `fit` leaves, on the scale of their median.
+// Sets Tukey weights for the residuals of `fit`, scaled by their median.
 void PatchAligner::Reweigh(const Fit& fit) noexcept {
   const Eigen::Vector4f f = fit.cast<float>();
   errors_ = levels_.head(count_) - f(0) * basis_.col(0) - f(1) * basis_.col(1) -

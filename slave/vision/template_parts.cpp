@@ -73,7 +73,7 @@ TemplateParts::TemplateParts(const TipTemplate& tip)
             static_cast<int>(std::lround(kStep * tip.along.y()))),
       trust_(height_ - 2, width_ - 2) {
   Differentiate(tip.pixels, step_, max_difference_, change_);
-  // Pixels beyond the template are not known, so its border is left out.
+  // The border of the template is left out, because pixels beyond it are unknown.
   const cv::Point inset(std::abs(step_.x), std::abs(step_.y));
   const cv::Size inside(width_ - 2 * inset.x, height_ - 2 * inset.y);
   const bool wide = width_ > height_;  // the tool lies along the longer side

@@ -17,10 +17,11 @@ namespace {
 constexpr int kMinEdge = 5, kMaxEdge = 512;  // edge of a template [px]
 constexpr int kSide = 6;                     // background beside the tool [px]
 constexpr int kReach = 10;                   // of the search around the template [px]
-constexpr double kBeforeTip = 1;  // the blurred end itself already shows what lies beyond [px]
+// Margin before the tip, because the blurred end contains background [px].
+constexpr double kBeforeTip = 1;
 constexpr double kBeyondTip = 4;  // taken in where the tool has no marks [px]
-// A template that promises less is not good enough [px]; where an image is noisy, by its noise
-// [levels]: the object below the tool's end, once it is there, draws the tip by a pixel.
+// Largest predicted sigma of an accepted template [px], and for noisy images its growth with the
+// noise [per level]: in contact the object below the tool's end shifts the tip by a pixel.
 constexpr double kWorstSigma = 0.15, kWorstByNoise = 0.02;
 
 // Search of the tool's direction: how far along its sides [widths], how far across [px], angles.
@@ -33,8 +34,8 @@ bool HasContrast(const GreyPatch& pixels) {
 }
 
 // Returns the information of bands across the tool about its position along `d`, without that of
-// their noise [levels^2/px^2]. The means of bands have so little noise that they show what single
-// pixels do not.
+// their noise [levels^2/px^2]. The means of bands have little noise, so they contain information
+// that single pixels do not.
 double InformationOfBands(const TipTemplate& tip, const Eigen::Vector2d& d, double width,
                           double noise) {
   std::vector<double> sums, counts;
@@ -59,8 +60,8 @@ double InformationOfBands(const TipTemplate& tip, const Eigen::Vector2d& d, doub
   return information;
 }
 
-// Whether the template determines the tool's position along `d`. Noise has gradients, too:
-// a central difference of it has half its variance.
+// Returns whether the template determines the tool's position along `d`. The gradients of noise are
+// subtracted: a central difference of noise has half its variance.
 bool LocatesAlong(const TipTemplate& tip, const Eigen::Vector2d& d, double width) {
   const PatchAligner aligner = tip.Aligner();
   if (!aligner.textured()) return false;
@@ -121,8 +122,8 @@ TipTemplate Cut(const cv::Mat& first, const GreyFormat& format, const cv::Rect& 
   return cut;
 }
 
-// How much the image changes across both sides of a bar that points along `d`; the weaker side
-// counts, so that an edge of something else is no bar.
+// Returns the change across the weaker side of a bar that points along `d`, so that a single edge
+// is not taken for a bar.
 double SidesOf(const GreyPatch& image, const Eigen::Vector2d& p_tip, const Eigen::Vector2d& d,
                double width) {
   const Eigen::Vector2d across(-d.y(), d.x());

@@ -69,7 +69,7 @@ std::string Schedule::Run() {
     if (dice_.Chance(SecondsOf(kHapticPeriod) / kEventEvery)) Happen();
     Step();
   }
-  // All that was asked reaches the other end once the line is sound.
+  // All requests reach the other end once the link works again.
   to_slave_.quality.loss = to_master_.quality.loss = 0;
   is_engaged_ = false;
   lies_until_ = fault_until_ = {};
@@ -102,7 +102,7 @@ void Schedule::Happen() {
     case 0:
       PressStop();
       break;
-    case 1:  // by the call of Stop, which acts beside the stream
+    case 1:  // by a call of Stop, which is independent of the stream
       PressStop();
       CallSlave([this, asked = loop_.stops().asked()] {
         slave_.EmergencyStop("call");

@@ -67,7 +67,8 @@ DeviceCapabilities CapabilitiesOf(const HdApi& api) {
   return own;
 }
 
-// A first call may fail, so a name is tried twice. Another device than the named one is no answer.
+// A first call may fail, so a name is tried twice. A device with another name than the requested
+// one is not used.
 std::vector<const char*> NamesToTry(const std::string& name) {
   if (!name.empty()) return {name.c_str(), name.c_str()};
   return {nullptr, "Default Device", "Default PHANToM"};

@@ -72,7 +72,7 @@ Reply AnswerFile(const PageRequest& request) {
   return reply;
 }
 
-// Path of a request, without what follows a question mark.
+// Returns the path of a request without its query.
 std::string_view PathOf(const PageRequest& request) {
   const std::string_view target = View(request.target());
   return target.substr(0, target.find('?'));
@@ -82,7 +82,7 @@ bool IsSetUp(const PageRequest& request) {
   return request.method() == http::verb::post && PathOf(request).starts_with(kSetUp);
 }
 
-// Where an HTTP connection is from the first byte to its only answer.
+// State of an HTTP connection from the first byte to its only answer.
 struct Caller : std::enable_shared_from_this<Caller> {
   Caller(tcp::socket&& socket, asio::ssl::context* tls, std::atomic<std::size_t>* callers)
       : stream(std::move(socket), tls), count(callers) {

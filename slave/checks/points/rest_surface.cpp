@@ -118,8 +118,8 @@ struct Count {
   }
 };
 
-// Compares the depths of the rays along the body's edge. `gate` of a depth that is the surface's
-// [m]; `shift`: how much farther it is seen there than by the scene.
+// Compares the depths of the rays along the body's edge. `gate`: largest deviation of a depth on
+// the surface [m]; `shift`: measured minus expected distance there.
 void CompareEdge(const std::vector<RestRay>& rays, const std::vector<double>& expected, int columns,
                  double gate, const auto& shift, RestSurface* rest) {
   std::vector<char> hits(rays.size()), misses(rays.size());
@@ -162,7 +162,7 @@ void CompareEdge(const std::vector<RestRay>& rays, const std::vector<double>& ex
   for (const Count& side : edge) {
     if (side.all >= kMinSide) rest->edge = std::min(rest->edge, side.share() / core.share());
   }
-  // Along each axis both sides must show it: a body may lie beside another one.
+  // Both sides along an axis must show it, because another body may be beside this one.
   for (const std::size_t axis : {std::size_t{0}, std::size_t{2}}) {
     const Count &one = beyond[axis], &other = beyond[axis + 1];
     if (one.all < kMinSide || other.all < kMinSide) continue;
@@ -195,7 +195,7 @@ RestSurface CompareAtRest(const SurfaceMesh& surface_C, const std::vector<RestRa
   for (double& d : off) d = std::abs(d - median);
   constexpr double kNormal = 1.4826, kWidth = 3;  // [derived: sigma by the median of a normal]
   const double gate = kWidth * std::max(kNormal * MedianOf(off), sigma);
-  std::vector<Vector3d> samples;  // place across the axis [m], how much farther [m]
+  std::vector<Vector3d> samples;  // position across the axis [m], excess distance [m]
   Vector2d middle = Vector2d::Zero();
   for (std::size_t i = 0; i < rays.size(); ++i) {
     const bool is_near =

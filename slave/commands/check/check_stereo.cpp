@@ -161,10 +161,10 @@ void PrintPoints(const Scene& scene, const StereoRig& rig) {
 // Findings of the tracker in the first images.
 struct FirstLook {
   int images = 0;
-  int until_rest = 0;                // images until the rest frame was known; 0: it was not
+  int until_rest = 0;                // number of images until the baseline was known; 0: it was not
   std::size_t points = 0, seen = 0;  // in the last one
-  double us = 0;                     // per image, the first one apart, which makes room
-  LatencyHistogram checks;           // likewise, part of it
+  double us = 0;            // per image [us], without the first one, which allocates memory
+  LatencyHistogram checks;  // part of it for the checks
 };
 
 FirstLook FirstSample(const Scene& scene, const StereoRig& rig, StereoSource& source,

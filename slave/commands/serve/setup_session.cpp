@@ -80,7 +80,7 @@ SceneMistake OtherCamera(const SharedCamera& camera) {
           .expected = "the lines of SceneDescription.setup_camera: " + LinesOf(camera)};
 }
 
-// Whether a name leads out of the scene's folder.
+// Returns whether a name points outside of the scene's folder.
 bool LeavesFolder(const std::filesystem::path& name) {
   return name.is_absolute() || std::ranges::find(name, "..") != name.end();
 }
@@ -208,7 +208,7 @@ std::optional<SceneMistake> TouchAtStart(const Trial& trial) {
 // The mistakes of a staged scene or, without any, the scene and its trial.
 struct Examined {
   std::vector<SceneMistake> mistakes;
-  FrameOpener open;  // begins with the image of the trial
+  FrameOpener open;  // its first image is that of the trial
   Scene scene;
   Trial trial;
 };
@@ -264,7 +264,7 @@ Examined Examine(const std::filesystem::path& file, const SharedCamera& camera,
 
 }  // namespace
 
-// Without Use it is removed, and its slave ends.
+// If Use is not called, the scene is removed and its slave ends.
 class SetupSession::Prepared final : public PreparedScene {
  public:
   Prepared(SetupSession& session, const SceneProposal& proposal)

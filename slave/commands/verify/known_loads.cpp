@@ -17,7 +17,7 @@ using Eigen::Vector3d;
 
 constexpr double kMaxValue = 1e12;
 constexpr double kMaxGap = 1;         // between rows of a record [s]
-constexpr double kUsualSigma = 0.01;  // of a known force
+constexpr double kUsualSigma = 0.01;  // default relative sigma of a known force
 
 // NaN: an empty cell or an absent column.
 double NumberOf(const CsvTable& table, std::string_view name) {

@@ -19,8 +19,8 @@
 namespace palpate {
 namespace {
 
-// The measured force is as of the sending of a state. Between those around `at`; the states end
-// with the one whose sample is of that time.
+// Returns the measured force at `at`. It is measured when a state is sent, so it is interpolated
+// between the states around `at`; the last state is the one with the sample of that time.
 Eigen::Vector3d MeasuredAt(Time at, const std::vector<SlaveState>& states) {
   const auto after = std::ranges::find_if(states, [&](const auto& s) { return s.sent_at >= at; });
   if (after == states.end() || !after->true_force) return kUnknownVector3;

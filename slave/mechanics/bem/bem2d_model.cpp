@@ -42,8 +42,8 @@ double LargerSideOf(const BoundaryMesh& mesh) {
   return box.sizes().maxCoeff();
 }
 
-// Displacements on the whole boundary of a body that is almost incompressible leave its pressure
-// unknown.
+// Displacements prescribed on the whole boundary of an almost incompressible body do not determine
+// its pressure.
 int MaxRows(const GreensFunctions& greens) {
   const auto& problem = greens.problem();
   if (problem.plane != Plane::kStrain || problem.nu <= GreensFunctions::kMaxNuAllHeld) {
@@ -121,7 +121,7 @@ void Bem2dModel::ComputeResponses(std::span<const Contact> contacts,
   }
   if (!answered_) {
     std::ranges::fill(responses, ContactResponse{});
-  } else if (IsFalsified(responses)) {
+  } else if (HasElementError(responses)) {
     for (ContactResponse& response : responses) {
       response.validity = Validity::kExtrapolated;
       response.flag_reason = kCoarseElements;
@@ -189,7 +189,7 @@ void Bem2dModel::AddReaction(const ContactSlot& slot, ContactResponse* response)
   }
 }
 
-bool Bem2dModel::IsFalsified(std::span<const ContactResponse> responses) noexcept {
+bool Bem2dModel::HasElementError(std::span<const ContactResponse> responses) noexcept {
   const ElementError& error = greens_.error();
   if (error.probes() == 0) return false;
   std::ranges::fill(probe_forces_, Vector2d(0, 0));
@@ -246,7 +246,8 @@ void Bem2dModel::ComputeInside(const std::vector<Vector2d>& places,
 void Bem2dModel::ComputeTractions(std::vector<float>* pascals) {
   const BoundaryState state = Shown();
   const BoundaryMesh& mesh = greens_.problem().mesh;
-  std::vector<double> force(mesh.elements.size(), 0), length(force);  // by the length's unit
+  // Divided by the unit of length.
+  std::vector<double> force(mesh.elements.size(), 0), length(force);
   for (int i = 0; i < greens_.size(); ++i) {
     Vector2d traction = state.traction[Index(i)];
     for (int axis = 0; axis < 2; ++axis) {

@@ -177,7 +177,7 @@ ElementError::ElementError(const ReferenceProblem& problem, const std::vector<Bo
   }
 }
 
-// Places at least one sample in the middle of each smooth side, and more in proportion to its
+// Chooses at least one probe at the midpoint of each smooth side, and more in proportion to its
 // elements.
 void ElementError::ChooseProbes(const ReferenceProblem& problem) {
   const BoundaryMesh& mesh = problem.mesh;

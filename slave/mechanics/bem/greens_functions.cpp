@@ -20,7 +20,7 @@ constexpr double kMinReciprocalCondition = 1e-13;
 constexpr double kMatricesAtOnce = 2;   // A and E, then E and the blocks
 constexpr double kPerIntegral = 60e-9;  // [s] for each entry of A and Abar
 constexpr double kOperationsPerSecond = 3e10;
-constexpr Eigen::Index kColumnsAtOnce = 64;  // that are solved for between looks for a stop
+constexpr Eigen::Index kColumnsAtOnce = 64;  // columns per solve, between checks for a stop request
 constexpr std::size_t kCacheLine = 64;       // bytes
 constexpr std::size_t kLargePage = 2 << 20;
 constexpr double kHeldMotion = 1e-9;  // a rigid motion this small at all held places is free
@@ -127,7 +127,8 @@ Eigen::Matrix<double, 2, 3> GreensFunctions::RigidModes(const Eigen::Vector2d& p
   return (Eigen::Matrix<double, 2, 3>() << 1, 0, -p.y(), 0, 1, p.x()).finished() * motions_;
 }
 
-// Rigid motions are u = c + w z x (p - p_mean). Those that vanish at all held components remain.
+// Rigid motions are u = c + w z x (p - p_mean). The free motions are those that vanish at all fixed
+// components.
 void GreensFunctions::FindFreeMotions() {
   const auto& elements = problem_.mesh.elements;
   double total = 0;

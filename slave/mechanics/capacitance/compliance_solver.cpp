@@ -23,8 +23,8 @@ using Eigen::Vector3d;
 
 constexpr double kAbsurd = 1e6;  // larger sides
 
-// Columns that are found at once rather than the forces alone, since further values of the same
-// contacts cost less then (bench_mechanics, one to eight contacts).
+// Up to this number of unknowns all columns are computed instead of only the forces, because
+// further values of the same contacts are then cheaper (bench_mechanics, one to eight contacts).
 constexpr int kFewColumns = 16;
 
 ComplianceSolver::Params Checked(const ComplianceSolver::Params& params) {
@@ -70,7 +70,8 @@ double ComplianceSolver::MeasureUpdate(Compliance& compliance, ContactPlaces& pl
   ContactResponse response;
   constexpr int kTimes = 1000;
   std::chrono::steady_clock::time_point start;
-  for (int i = -2; i < kTimes; ++i) {  // the first two compute what is missing and make room
+  // The first two repetitions compute missing columns and allocate.
+  for (int i = -2; i < kTimes; ++i) {
     if (i == 0) start = std::chrono::steady_clock::now();
     solver.Respond({&contacts[Index(i & 1)], 1}, {&response, 1});
     if (response.validity == Validity::kFailed) return 0;
@@ -244,7 +245,7 @@ Matrix3d ComplianceSolver::StiffnessOf(const ContactSlot& slot, const double* fi
   return stiffness;
 }
 
-// Inverse of the load's own compliance with the contacts kept in place.
+// Returns the inverse of the compliance under a load while the contacts are fixed.
 Matrix3d ComplianceSolver::StiffnessOfLoad(const ContactSlot& slot, const double* first) const {
   Matrix3d own = loads_.between(slot.load, slot.load);
   for (int r = 0; r < 3; ++r) {
@@ -255,7 +256,7 @@ Matrix3d ComplianceSolver::StiffnessOfLoad(const ContactSlot& slot, const double
       }
     }
   }
-  for (int c = 0; c < 3; ++c) {  // a held component moves by nothing, and no stiffness is known
+  for (int c = 0; c < 3; ++c) {  // a fixed component has zero displacement and an unknown stiffness
     if (slot.held[Index(c)]) own(c, c) = 1;
   }
   Matrix3d stiffness = own.inverse();

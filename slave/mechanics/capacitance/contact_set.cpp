@@ -24,7 +24,7 @@ ContactSet::Outcome ContactSet::Fail(std::string_view why) {
 ContactSet::Outcome ContactSet::Update(std::span<const Contact> contacts) {
   failure_ = {};
   if (known_ && IsSame(contacts)) return Outcome::kSame;
-  if (crowded_) known_ = false;  // there may be room again
+  if (crowded_) known_ = false;  // a wider disc may be possible again
   if (!known_) count_ = 0;
   bool found = contacts.size() == Count() ? FindChanged(contacts) : FindSpliced(contacts);
   crowded_ = found && IsCrowded();
@@ -72,7 +72,8 @@ bool ContactSet::FindChanged(std::span<const Contact> contacts) {
   return true;
 }
 
-// Contacts that came or went: everything between the common beginning and the common end.
+// Updates added and removed contacts: all between the common beginning and the common end of both
+// lists.
 bool ContactSet::FindSpliced(std::span<const Contact> contacts) {
   const int now = static_cast<int>(contacts.size());
   const int shorter = std::min(now, count_);

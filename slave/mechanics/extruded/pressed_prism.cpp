@@ -22,8 +22,8 @@ using Eigen::Matrix3d;
 using Eigen::Vector2d;
 using Eigen::Vector3d;
 
-// Length of the elements at the tool's ends by its width, their growth by distance, and the longest
-// by the body's size. [tuned: 16 blocks against bricks: within 1.3 %]
+// Length of the elements at the tool's ends relative to its width, their growth per distance, and
+// the largest length relative to the body's size. [tuned: 16 blocks against bricks: within 1.3 %]
 constexpr double kAtTool = 0.25, kGrowth = 0.5, kMaxEdge = 0.25;
 // Layers through the thickness: the first one beside an end of the tool by the smaller of its
 // extent and width, and their growth. [tuned: the same]
@@ -66,12 +66,12 @@ TriangleMesh MeshOf(const Prism& prism, const std::array<Vector2d, 2>& tool) {
   return MakeGradedMesh(prism.points, prism.segments, sizes);
 }
 
-// Quadratic triangles: corners, then the middles of edges 01, 12, 20.
+// Quadratic triangles: corners, then the mid-edge nodes 01, 12, 20.
 struct PlaneMesh {
   std::vector<Vector2d> nodes;
   std::vector<std::array<int, 6>> triangles;
   struct Edge {
-    std::array<int, 3> nodes;  // a, b, middle
+    std::array<int, 3> nodes;  // ends a and b, mid-edge node
     int tag;
   };
   std::vector<Edge> boundary;
@@ -234,10 +234,10 @@ Layers LayersOf(const Prism& prism, double width) {
   return layers;
 }
 
-// Which unknown of the body is where.
+// Numbers of the unknowns.
 class Unknowns {
  public:
-  enum : int { kHeld = -1, kMoved = -2 };  // by a support, and with the tool
+  enum : int { kHeld = -1, kMoved = -2 };  // fixed by a support; moved with the tool
 
   Unknowns(const PlaneMesh& mesh, const Layers& layers, const Prism& prism)
       : levels_(layers.count()), row_(3 * mesh.nodes.size() * Index(levels_), 0) {
@@ -322,11 +322,11 @@ class Stiffness {
   double lambda_, mu_;
 };
 
-// The system of the free unknowns, and what the tool's motion along x and y adds to it.
+// The system of the free unknowns, and its right-hand sides for tool motion along x and y.
 struct System {
   Eigen::SparseMatrix<double> upper;
   Eigen::MatrixXd right;               // minus the forces of a unit motion of the tool
-  Matrix2d direct = Matrix2d::Zero();  // force of the tool if nothing else moved
+  Matrix2d direct = Matrix2d::Zero();  // force of the tool if all other nodes were fixed
 
   System(const PlanePairs& pairs, const Layers& layers, const Stiffness& stiffness, Unknowns* rows);
 

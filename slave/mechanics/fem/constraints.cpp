@@ -17,7 +17,7 @@ constexpr double kNoWeight = 1e-9;  // of a point's weights, squared
 constexpr int kMaxMotions = 24;
 constexpr double kFreeMotionShift = 1e-5;  // keeps the factor definite
 
-// Component `c` of a sum: its weights squared, and what it is of `x`.
+// Returns for component `c` the sum of squared weights, and the weighted sum of `x`.
 std::pair<double, double> Weigh(const HeldComponents::Sum& sum, const NodeVector& x, int c) {
   double square = 0, value = 0;
   for (int a = 0; a < 3; ++a) {

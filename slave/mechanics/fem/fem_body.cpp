@@ -262,7 +262,7 @@ void FemBody::FindTouching() {
   }
 }
 
-// Blocks with a node that is fixed go behind the last one.
+// Blocks with a fixed node are redirected to one behind the last block.
 void FemBody::FindPairs() {
   TetElements::GroupBlocks none;
   for (auto& pair : none) pair.fill(pattern_.blocks());

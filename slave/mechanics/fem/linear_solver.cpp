@@ -13,15 +13,16 @@
 namespace palpate::fem {
 namespace {
 
-constexpr std::size_t kMaxEntries = 12'000'000;       // of a factor
-constexpr std::size_t kMaxEntriesTwice = 2'000'000;   // of one kept in both precisions
+constexpr std::size_t kMaxEntries = 12'000'000;  // of a factor
+// Largest number of entries of a factor that is stored in both precisions.
+constexpr std::size_t kMaxEntriesTwice = 2'000'000;
 constexpr std::size_t kMaxEntriesLate = 300'000'000;  // of a late one
 // Multiplications of a factorisation done in the time of one of a solution, which waits for memory.
 constexpr double kFactorSpeed = 4;
 // Operations of a factorisation done in the time that an iteration takes per block.
 constexpr double kLateSpeed = 600;
-// Rounding of a residual [-]: what is left of one so small need not be among the possible forces,
-// and iterating on it spoils the answer.
+// Relative rounding error of a residual [-]: a smaller residual may be inconsistent with the
+// constraints, and iterating on it would spoil the answer.
 constexpr double kRounding = 2e-15;
 constexpr double kTiny = 1e-300;
 constexpr double kGridsWorth = 12;  // iterations that new grids must save
@@ -53,7 +54,8 @@ void SolveWith(SparseLdlt<Scalar>& factor, const NodeVector& r, NodeVector& z,
   }
 }
 
-constexpr double kIndependent = 1e-8;  // of a direction's square, after what it shares is removed
+// Smallest remaining share of a direction's square after orthogonalisation.
+constexpr double kIndependent = 1e-8;
 
 }  // namespace
 
@@ -149,8 +151,8 @@ void LinearSolver::Prepare(const BlockMatrix& A, const HeldComponents& held, Kin
   PrepareGrids(A, held);
 }
 
-// Components that a factor wrongly fixes or frees cost a few iterations. They count towards the
-// factor's age. Grids that the matrix does not suit are tried again with the next one.
+// Components that an outdated factor wrongly fixes or frees need a few iterations, which add to its
+// age. If the grids do not fit a matrix, they are tried again with the next one.
 void LinearSolver::FollowMatrix(const BlockMatrix& A, const HeldComponents& held) noexcept {
   if (has_factor()) return;
   renewed_ = kind_ == Kind::kGrids && grids_->Renew(A, held.free, held.guides);
@@ -159,8 +161,8 @@ void LinearSolver::FollowMatrix(const BlockMatrix& A, const HeldComponents& held
   due_ = grids_.has_value();
 }
 
-// Grids that have aged take the new matrix; if that does not make them young, the coarse one too.
-// A coarse grid made before a contact held the body would move what it holds.
+// Outdated grids get the new matrix; if this is not sufficient, the coarse grid is rebuilt, too. A
+// coarse grid from before a contact would move the nodes that the contact fixes.
 void LinearSolver::PrepareGrids(const BlockMatrix& A, const HeldComponents& held) noexcept {
   const bool aged = excess_ > refactor_worth_;
   const bool coarse_serves = coarse_serves_ && !(aged && renewed_) &&
@@ -223,7 +225,7 @@ void LinearSolver::ContinueNext(const BlockMatrix& A, const HeldComponents& held
 
 // Factors in single precision if that is requested and possible, else in double precision.
 bool LinearSolver::Factor(const BlockMatrix& A, const HeldComponents& held, Kind kind) noexcept {
-  if (!upper_) return false;  // too large
+  if (!upper_) return false;  // the factor would be too large
   young_iterations_ = -1;
   excess_ = 0;
   upper_->Fill(A, 1 / LargestDiagonal(A), held);
@@ -362,7 +364,7 @@ void SolutionHistory::Keep(const NodeVector& solution) noexcept {
   change_ = solution;
   known_ = std::min(known_ + 1, kDepth);
   for (auto& difference : differences_) {
-    std::swap(difference, change_);  // now change_ is the older one of this order
+    std::swap(difference, change_);  // change_ now contains the older difference of this order
     for (std::size_t i = 0; i < change_.size(); ++i) {
       for (std::size_t c = 0; c < 3; ++c) change_[i].v[c] = difference[i].v[c] - change_[i].v[c];
     }

@@ -55,8 +55,8 @@ PALPATE_INLINE LaneQuaternion NewtonTurn(const LaneQuaternion& q, const Lanes3x3
   return Turned(q, half * dx, half * dy, half * dz);
 }
 
-// Lanes that Newton's method cannot vouch for, one by one. Used: clang 16 forgets what only clones
-// of a function call.
+// Processes lanes for which Newton's method did not converge, one by one. `used`, because clang 16
+// drops functions that only clones call.
 [[gnu::noinline, gnu::used]] void TurnOneByOne(const Lanes3x3& G, const Mask8& unsure,
                                                LaneQuaternion& q) {
   for (int l = 0; l < kLanes; ++l) {
@@ -186,8 +186,9 @@ PALPATE_DISPATCHED void EvaluateGroups(TetGroup* groups, const NodeValue* u, con
   }
 }
 
-// Adds the block of one pair of corners of eight elements. A column is read and written with the
-// first number of what follows it, which keeps its value: all are read before any is written.
+// Adds the block of one pair of corners of eight elements. A column is read and written together
+// with the next number in memory, which keeps its value, because all are read before any is
+// written.
 PALPATE_INLINE void AddBlocks(const std::array<int, kLanes>& blocks, const Lanes3x3& K,
                               double* values) {
 #pragma GCC unroll 8

@@ -102,7 +102,7 @@ void TimeStepper::RightHandSide(const NodeVector& f_ext, const Constraints& cons
   Add(1, x_, b_);
 }
 
-// dv_ of the linearised step, with what contacts prescribe.
+// Solves for dv_ of the linearised step with the prescribed motion of contacts.
 bool TimeStepper::Solve(const Constraints& constraints) noexcept {
   const double h = params_.step;
   work_ = now_.u;
@@ -138,7 +138,7 @@ void TimeStepper::SetMotion() noexcept {
   Add(params_.step, now_.v, now_.u);
 }
 
-// Nodes that move: impulses become forces. The others: what is out of balance.
+// For moving nodes impulses are converted to forces; for fixed nodes the reaction is the imbalance.
 void TimeStepper::FindReaction(const NodeVector& f_ext) noexcept {
   for (std::size_t i = 0; i < reaction_.size(); ++i) {
     const bool moves = static_cast<int>(i) < body_.moving();
@@ -148,7 +148,7 @@ void TimeStepper::FindReaction(const NodeVector& f_ext) noexcept {
   }
 }
 
-// The energy, and what of it did not come in through loads and contacts.
+// Updates the energy, and the part that loads and contacts did not add.
 void TimeStepper::Balance(const NodeVector& f_ext) noexcept {
   const double before = now_.energy;
   body_.MultiplyMass(now_.v, work_);

@@ -15,7 +15,7 @@ constexpr int kPanel = kLane8;       // pivots that are eliminated together
 using Values [[gnu::vector_size(64)]] = double;
 using Lane [[gnu::vector_size(64), gnu::may_alias, gnu::aligned(8)]] = double;
 
-// By value: see lanes.h.
+// Returns by value, see lanes.h.
 PALPATE_INLINE Values Load(const double* from) {
   return *reinterpret_cast<const Lane*>(from);
 }
@@ -34,8 +34,8 @@ struct Columns {  // [begin, end), whole lanes
   int begin, end;
 };
 
-// The diagonal entry while it is at least a tenth of the largest one below it, else that one:
-// compliances keep their diagonal, and nothing is swapped.
+// Returns the diagonal entry if it is at least a tenth of the largest one below it, else the row of
+// that one. For compliances the diagonal is kept, so no rows are swapped.
 PALPATE_INLINE int ChoosePivot(const RowMajor& a, int k, int order) noexcept {
   std::array<double, 4>
       largest{};  // four independent maxima: a single one would serialise the loop

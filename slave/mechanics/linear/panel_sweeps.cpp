@@ -38,7 +38,7 @@ PALPATE_INLINE int Subtract(const Scalar* a, int stride, int i, int rows, const 
   return i;
 }
 
-// sums += A^T y in the same way.
+// Adds A^T y to sums in the same way.
 template <typename Line, int columns, typename Scalar>
 PALPATE_INLINE int AddProducts(const Scalar* a, int stride, int i, int rows, const Scalar* y,
                                Line* sums) {

@@ -16,7 +16,7 @@ constexpr int kWidest = 96;         // columns of a supernode, so that none is a
 constexpr int kNarrow = 12;         // columns below which supernodes are merged freely
 constexpr double kFewZeros = 0.15;  // share of stored zeros that merging may cost
 constexpr double kManyZeros = 0.5;  // the same for narrow ones
-constexpr Eigen::Index kTogether = 32;  // right sides that are solved at once
+constexpr Eigen::Index kTogether = 32;  // number of right-hand sides per block
 
 // C := alpha A op(B) + beta C
 void Multiply(CBLAS_TRANSPOSE form, int rows, int columns, int inner, double alpha, const double* a,
@@ -230,7 +230,7 @@ void SparseLdlt<Scalar>::Link(int supernode) {
   head_[Index(target)] = supernode;
 }
 
-// Subtracts from a supernode what those before it contribute.
+// Subtracts from a supernode the contributions of earlier ones.
 template <typename Scalar>
 void SparseLdlt<Scalar>::Gather(int target) {
   const Supernode& t = supernodes_[Index(target)];
@@ -386,7 +386,7 @@ void SparseLdlt<Scalar>::Solve(Eigen::Ref<Columns> x) {
 template <typename Scalar>
 void SparseLdlt<Scalar>::SolveForward(const Supernode& s, Rows x) {
   auto own = x.middleCols(s.first, s.columns);
-  if (own.isZero(0)) return;  // as most are, where loads are on few nodes
+  if (own.isZero(0)) return;  // most are zero if only few nodes are loaded
   const Panel L = PanelOf(s);
   const int count = static_cast<int>(x.rows()), below = s.rows - s.columns;
   const int* rows = RowsOf(s) + s.columns;

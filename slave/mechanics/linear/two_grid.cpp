@@ -17,8 +17,8 @@ namespace {
 using Eigen::Vector3d;
 
 constexpr int kNodesPerVertex = 27;  // of the fine grid to the coarse one: three along each axis
-constexpr int kMaxVertices = 2000;   // whose band fits in the cache
-constexpr double kFiner = 1.05;      // from one grid that is tried to the next
+constexpr int kMaxVertices = 2000;   // largest coarse grid whose band matrix fits in the cache
+constexpr double kFiner = 1.05;      // ratio of successive trial grids
 constexpr double kMinShift = 1e-9;   // of the coarse diagonal, for corners that few nodes share
 constexpr double kMaxShift = 1e-4;
 
@@ -108,8 +108,8 @@ struct FineMatrix {
   double scale;
 };
 
-// Copies the coupling of free components, scaled to about one, to blocks that have room for one
-// number more.
+// Copies the coupling of free components, scaled to about one, to blocks with space for one more
+// number.
 PALPATE_DISPATCHED void CopyFree(const FineMatrix& A, int rows, float* blocks) {
   for (int row = 0; row < rows; ++row) {
     const Double4 free_row = A.scale * Load4(A.free[row].v);
@@ -320,7 +320,7 @@ bool TwoGrid::Renew(const BlockMatrix& A, const NodeVector& free,
          std::ranges::all_of(guides, [&](const Guide& guide) { return GuideRow(A, guide); });
 }
 
-// Q = I - n n^T from the left and from the right, and its inverse among what is left.
+// Applies Q = I - n n^T from both sides, and inverts in the remaining subspace.
 bool TwoGrid::GuideRow(const BlockMatrix& A, const Guide& guide) noexcept {
   const Eigen::Matrix3d outer = guide.normal * guide.normal.transpose();
   const Eigen::Matrix3d Q = Eigen::Matrix3d::Identity() - outer;

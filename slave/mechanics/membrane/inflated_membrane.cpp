@@ -51,7 +51,7 @@ MembraneTriangle TriangleOf(const SurfaceMesh& mesh, std::size_t t) {
   return MembraneTriangle({at(0), at(1), at(2)});
 }
 
-// Which nodes are held; throws where the shape cannot be computed on.
+// Returns which nodes are fixed; throws for unusable shapes.
 std::vector<char> CheckShape(const MembraneShape& shape) {
   const SurfaceMesh& mesh = shape.surface;
   const auto nodes = static_cast<int>(mesh.nodes.size());
@@ -338,7 +338,7 @@ MembraneShape MeshDomedMembrane(const Ellipsoid& ellipsoid, const Eigen::Vector3
   const Eigen::Vector3d e1 = axis.unitOrthogonal();
   const Eigen::Vector3d e2 = axis.cross(e1);
   const Eigen::Matrix3d inverse = ellipsoid.semi_axes.inverse();
-  // The point of the ellipsoid that lies under this angle from the axis.
+  // Returns the point of the ellipsoid at this angle from the axis.
   const auto point = [&](double polar, double angle) -> Eigen::Vector3d {
     const Eigen::Vector3d ray = std::cos(polar) * axis + std::sin(polar) * std::cos(angle) * e1 +
                                 std::sin(polar) * std::sin(angle) * e2;

@@ -166,14 +166,14 @@ void WriteTetgenInput(const std::filesystem::path& file, const SurfaceMesh& surf
   WriteWholeFile(file, text);
 }
 
-// Returns Gmsh's .geo for the surface `surface.msh` in the same folder. `edge` > 0 asks for edges
-// of that length, and divides the surface again if its edges are much longer. 0 leaves the length
-// to Gmsh and keeps the surface.
+// Returns Gmsh's .geo for the surface `surface.msh` in the same folder. `edge` > 0 requests edges
+// of that length, and remeshes the surface if its edges are much longer. 0: Gmsh chooses the length
+// and keeps the surface.
 void WriteGmshInput(const std::filesystem::path& file, const SurfaceMesh& surface, double edge) {
   if (!WriteGmsh(file.parent_path() / "surface.msh", surface)) {
     throw std::runtime_error(file.string() + " cannot be written");
   }
-  // Classified, a cavity is a surface of its own, which Gmsh leaves empty.
+  // After the classification a cavity is a separate surface, which Gmsh leaves empty.
   std::string text = "Merge \"surface.msh\";\nClassifySurfaces{40*Pi/180, 1, 1, Pi};\n";
   if (edge > 0 && MaxEdgeLength(surface) > kMuchLonger * edge) text += "CreateGeometry;\n";
   // The surface's file names a physical group; without SaveAll nothing else would be written.
@@ -223,7 +223,7 @@ class Mesher {
     if (end.status == 0 && std::filesystem::exists(folder_.path() / "in.1.ele")) {
       return Read("in.1.node", end.output);
     }
-    // A second run finds the triangles that cut each other, the usual reason.
+    // A second run finds intersecting triangles, the usual reason.
     const ProgramEnd why = Run({"-d", "in.smesh"});
     Fail("cannot fill the surface (it may intersect itself)", end.output + " " + why.output);
   }

@@ -51,7 +51,8 @@ void ModalPlate::Place(std::span<const Press> presses, Symmetry symmetry) {
   resolution_.resize(contacts);
   near_.resize(contacts, contacts);
   for (Index k = 0; k < count; ++k) {
-    const Disc& disc = places_[static_cast<std::size_t>(k)].disc;  // its twin's modes are the same
+    // Its mirror image has the same modes.
+    const Disc& disc = places_[static_cast<std::size_t>(k)].disc;
     modes_.Evaluate(disc.centre, at_.col(k));
     if (disc.radius > 0) {
       modes_.Mean(disc, load_.col(k));

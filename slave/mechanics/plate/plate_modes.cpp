@@ -23,7 +23,7 @@ constexpr int kMaxOrder = 40;
 constexpr int kMaxRoundOrder = 120;
 constexpr int kMaxModes = 2048;
 constexpr int kMaxRadial = kMaxRoundOrder / 2 + 4;
-constexpr int kStressDegrees = 4;  // beyond the order
+constexpr int kStressDegrees = 4;  // degrees of stress modes beyond the order
 
 // Jacobi's polynomials P_n^(alpha, beta)(x), n < values.size().
 void Jacobi(double alpha, double beta, double x, std::span<double> values) {
@@ -224,7 +224,8 @@ void PlateModes::Evaluate(const Eigen::Vector2d& x,
   }
 }
 
-// A rule of rings inside the disc; its degree rises with what the modes can do within it.
+// Integrates by a rule of rings inside the disc, whose degree grows with the variation of the modes
+// within it.
 void PlateModes::Mean(const Disc& disc, Eigen::Ref<Eigen::VectorXd> values) const noexcept {
   if (disc.radius == 0) return Evaluate(disc.centre, values);
   static const std::array<Quadrature, 4> kRings = {GaussLegendre(3), GaussLegendre(5),

@@ -9,8 +9,8 @@
 namespace palpate {
 namespace {
 
-// How far a contact without a width may slide within a step, by the larger side of the body [-].
-// [by definition]
+// Largest sliding distance of a contact without a width within a step, relative to the larger side
+// of the body [-]. [by definition]
 constexpr double kNearby = 0.05;
 
 Wrench WrenchOf(const ContactResponse& response) {

@@ -128,7 +128,8 @@ class GmshReader {
     return count;
   }
 
-  // A number takes two characters at least, `0` and a blank.
+  // Returns the smallest size of an entry; a number in text takes at least two characters, `0` and
+  // a blank.
   [[nodiscard]] std::size_t Size(std::size_t integers, std::size_t integer_size,
                                  std::size_t reals) const {
     return numbers_ == NumberForm::kText ? 2 * (integers + reals)
@@ -148,7 +149,7 @@ class GmshReader {
     std::size_t left = CountOfLine("count of elements", Size(3, 4, 0) - 4);
     const bool text = numbers_ == NumberForm::kText;
     while (left > 0) {
-      // In text every element is a block of its own whose number comes first.
+      // In text every element is a separate block that begins with its number.
       std::int64_t number = text ? cursor_.Whole<int>("element", 0, kMaxTag) : 0;
       const CellKind& kind = Kind();
       const std::int64_t block = text

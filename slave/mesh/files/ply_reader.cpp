@@ -240,7 +240,9 @@ class PlyReader {
   FileCursor cursor_;
   MeshBuilder builder_;
   std::vector<Element> elements_;
-  NodeMerger merger_{0};  // of vertices at the very same place: some writers give each face its own
+  // Merges vertices at equal positions, because some programs write separate vertices for each
+  // face.
+  NodeMerger merger_{0};
   std::vector<int> node_of_;  // of each vertex
 };
 

@@ -17,7 +17,7 @@ constexpr CellKind kKind{0, 3, CellKind::Use::kTriangle, "triangle"};
 
 using Corners = std::vector<Eigen::Vector3d>;  // three per triangle
 
-// Some binary headers begin with `solid`, too; but the count behind them has a zero byte.
+// Some binary headers also begin with `solid`, but the count after them contains a zero byte.
 bool IsText(std::string_view text) {
   const std::string_view begin = text.substr(0, 2 * kHeader);
   return Trimmed(text).empty() || (Lowercase(Trimmed(begin)).starts_with("solid") &&

@@ -15,7 +15,7 @@ namespace {
 
 // Gap to the surface from which on a tip surely touches nothing [sigma]. [by definition]
 constexpr double kFarSigmas = 3;
-// Part of the predicted indentation whose observation excludes a puncture [-]. [tuned:
+// Observed share of the predicted indentation that excludes a puncture [-]. [tuned:
 // PuncturesAreReportedWithinAnImageAndTheForceIsZeroFromThere]
 constexpr double kIndentationKept = 0.7;
 // Sigma of the tip in an image without any edge [px].
@@ -23,8 +23,8 @@ constexpr double kBlurMoves = 1;
 // Sigma of the tool's end in a template file [px]. [measured: 23 random set-ups by the page, rms
 // 0.11]
 constexpr double kAnchorSigma = 0.12;
-// An indentation replaces a rough tip if it is known to this part of the tool's width [-] and lies
-// no farther from the tip [px].
+// An indentation replaces a rough tip if its sigma is below this share of the tool's width [-], and
+// it is within this distance of the tip [px].
 constexpr double kInformativeIndentation = 0.1, kFarIndentation = 6;
 
 CameraView ToolView(const Scene& scene, const CameraView& view) {
@@ -328,7 +328,7 @@ double Estimator::GapSigma(const BoundaryPlace& place,
   return std::hypot(tip_sigma, registration_.sigma, n_S.dot(agreement_.Unexplained()));
 }
 
-// The tool whose apex is at `p_S_tip` and that lies as in the last image.
+// Returns the position of the tool with its apex at `p_S_tip` and the direction of the last image.
 Estimator::ToolPlace Estimator::ToolAt(const Eigen::Vector3d& p_S_tip) const noexcept {
   const Eigen::Vector2d d_I =
       Eigen::Rotation2Dd(observation_.tip.turn) * tracker_->tool_direction_I();
@@ -338,8 +338,8 @@ Estimator::ToolPlace Estimator::ToolAt(const Eigen::Vector3d& p_S_tip) const noe
   return {(X_OS * p_S_tip).head<2>() - touch_->radius() * d_O, d_O};
 }
 
-// Way across the normal from the point below the centre of a round end to the one that touched
-// first, once the tool points along `d_O`.
+// Returns the distance across the normal from the point below the centre of a round end to the one
+// that touched first, if the tool points along `d_O`.
 Eigen::Vector2d Estimator::RolledBy(const Eigen::Vector2d& normal_O,
                                     const Eigen::Vector2d& d_O) const noexcept {
   const Eigen::Vector2d& before = press_.d_O;
@@ -366,8 +366,7 @@ TouchModel::ToolMotion Estimator::MotionOf(const ToolPlace& tool) const noexcept
   return {Planar(displacement_O), Planar(rolled_O)};
 }
 
-// Unit vector along which the tool pointed when it touched at `place`, on its way from the last
-// image.
+// Returns the direction of the tool when it touched at `place`, interpolated from the last image.
 Eigen::Vector2d Estimator::DirectionAtTouch(const BoundaryPlace& place,
                                             const ToolPlace& tool) const noexcept {
   const ToolPlace& last = press_.tool;
@@ -378,7 +377,7 @@ Eigen::Vector2d Estimator::DirectionAtTouch(const BoundaryPlace& place,
   return (last.d_O + std::clamp(gone, 0.0, 1.0) * (tool.d_O - last.d_O)).normalized();
 }
 
-// A flat face that leans touches with a corner before its middle: how far before [m].
+// Returns the distance by which the corner of a tilted flat face touches before its centre [m].
 double Estimator::CornerAhead() const noexcept {
   if (touch_->indenter) return 0;
   const Eigen::Vector2d &n = press_.place.normal_O, &d = press_.tool.d_O;
@@ -430,7 +429,7 @@ void Estimator::SetPressForce(const BoundaryPlace& place, const ContactResponse&
   }
   DetectPuncture(estimate_.depth);
   const Eigen::Isometry3d& X_SO = registration_.X_SO;
-  // The depth is known in pixels, and the force is proportional to it.
+  // The depth has an error in pixels, and the force is proportional to it.
   const double relative = std::hypot(std::hypot(touch_->WidthAt(place).sigma, touch_->RoundSigma()),
                                      pixel_tolerance_, plane_error_);
   const double relative_error = relative * response.force_O.norm();

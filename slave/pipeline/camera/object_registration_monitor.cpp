@@ -21,14 +21,14 @@ constexpr int kReach = 5;              // search distance along the normal [px]
 constexpr double kIndentationReach = 0.6;  // in addition, of the indentation there [-]
 constexpr double kBesideTool = 4;          // margin of the occlusion beside the tool [px]
 constexpr double kBeforeTip = 6;           // and beyond its end [px]
-constexpr double kBorder = 12;             // margin of the image without room for a search [px]
-constexpr int kRounds = 12;                // iterations of the fit, at most [-]
-constexpr double kAgrees = 4;              // gate of one edge position [sigma]
-constexpr double kMaxError = 0.8;          // error that lens or shutter may cause [px]
-constexpr double kMaxDisturbed = 4;        // factor by which a disturbed image widens the gate [-]
-constexpr double kMinAgreeing = 0.5;       // part of the positions in view [-]
-constexpr int kMinPlaces = 12;             // positions of a fit [-]
-constexpr double kKnown = 0.4;             // sigma above which the motion is unknown [px]
+constexpr double kBorder = 12;        // margin of the image that is too narrow for a search [px]
+constexpr int kRounds = 12;           // iterations of the fit, at most [-]
+constexpr double kAgrees = 4;         // gate of one edge position [sigma]
+constexpr double kMaxError = 0.8;     // error that lens or shutter may cause [px]
+constexpr double kMaxDisturbed = 4;   // factor by which a disturbed image widens the gate [-]
+constexpr double kMinAgreeing = 0.5;  // part of the positions in view [-]
+constexpr int kMinPlaces = 12;        // positions of a fit [-]
+constexpr double kKnown = 0.4;        // sigma above which the motion is unknown [px]
 constexpr double kIndentationKnown = 1.0;  // the same of the indentation [px]
 // Motion that is not compensated [px]. [tuned: MotionThatIsNotCompensatedIsInSigma]
 constexpr double kMinMotion = 0.2;
@@ -37,7 +37,7 @@ constexpr double kLookAgain = 1.5;  // correction after which the edge is search
 // disc or half an outline does not determine.
 constexpr double kAnyShift = 100, kTurn = 0.15, kGrowth = 0.7, kAnyIndentation = 6;
 
-// Whether the tool hides `p`. With an unknown direction: what is near its tip.
+// Returns whether the tool hides `p`. If its direction is unknown: whether `p` is near its tip.
 bool Hides(const ObjectRegistrationMonitor::Bar& tool, const Eigen::Vector2d& p) {
   const Eigen::Vector2d from_tip = p - tool.p_I_tip;
   if (tool.d_I.isZero(0)) return from_tip.norm() < tool.width + kBesideTool;
@@ -215,7 +215,7 @@ bool ObjectRegistrationMonitor::Fit(Vector& x) noexcept {
          found.agreeing >= std::max<double>(kMinPlaces, kMinAgreeing * found.places);
 }
 
-// Counts the positions that agree with the fit, and the longest run that lies off to one side.
+// Counts the positions that agree with the fit, and the longest run that deviates to one side.
 void ObjectRegistrationMonitor::Compare(const Vector& move, double scale) noexcept {
   ObjectSighting& found = found_.sighting;
   found.agreeing = found.apart = 0;

@@ -39,7 +39,7 @@ std::optional<TouchedPlace> PlaceOf(const Scene& scene, const SurfaceContact& co
                       std::numeric_limits<double>::infinity());
 }
 
-// Where fingers that have a pose are about to press.
+// Returns the expected contacts of fingers that have a pose.
 std::vector<Contact> FirstContacts(const Scene& scene, const SurfaceContact& contact) {
   const Tactile& tactile = *scene.sense.Find<Tactile>();
   std::vector<Contact> contacts;
@@ -51,8 +51,8 @@ std::vector<Contact> FirstContacts(const Scene& scene, const SurfaceContact& con
   return contacts;
 }
 
-// The hand's other fingers that come to press about where the first one does: as far from the
-// object, at home, as that is. Where none has a pose, nothing is known of them.
+// Returns the other fingers that will press at about the same time as the first one: those that are
+// equally far from the object at home. Without poses there are none.
 std::vector<ContactStiffness::Companion> CompanionsOf(const Scene& scene,
                                                       const SurfaceContact& contact) {
   constexpr double kAsFar = 0.5;  // of the full depth

@@ -171,7 +171,7 @@ const ContactEstimate& TactileEstimator::Estimate(const TactileFrame& frame,
   }
   times_.contact.Add(lap.Lap());
   object_.Deform();
-  // Samples without a contact would hide how long the others take.
+  // Samples without contact are excluded, because they would hide the time of the others.
   const double mechanics = lap.Lap();
   if (!object_.contacts().empty()) times_.mechanics.Add(mechanics);
   const auto encoder_error = EncoderError(frame, p_S_tip, arm_lag);
@@ -190,15 +190,15 @@ void TactileEstimator::Observe(const TactileFrame& frame, const Vector3d& p_S_ti
   for (std::size_t i = 0; i < fingertips_.size(); ++i) {
     for (int k = 0; k < missing; ++k) fingertips_[i].Estimate(FingerReading{}, false);
     Locate(i, frame.fingers[i], p_S_tip);
-    // Even if the pose is as wrong as poses are, nothing is in contact.
+    // There is no contact even with the largest error of the pose.
     const double gap = -fingers_[i].depth.value_or(0);
     fingertips_[i].Estimate(frame.fingers[i], frame.after_gap && missing == 0,
                             gap > kClear && std::isfinite(gap));
   }
 }
 
-// Samples that did not come since the last one, as the stamps say, as many as make a silence; 0
-// where it is unknown how many.
+// Returns the number of missing samples since the last one by the timestamps, limited to that of a
+// silence; 0: unknown.
 int TactileEstimator::MissingBefore(const TactileFrame& frame) const noexcept {
   const double periods = SecondsBetween(estimate_.sensed_at, frame.sensed_at) * tactile_.rate;
   if (estimate_.sample == 0 || !(periods > 1.5)) return 0;
@@ -227,7 +227,8 @@ std::optional<double> TactileEstimator::EncoderError(
     const TactileFrame& frame, const Vector3d& p_S_tip,
     const std::optional<double>& arm_lag) noexcept {
   const bool is_compared = arm_lag && frame.fingers.front().X_SF;
-  if (!is_compared || fingertips_.front().misses()) return std::nullopt;  // else of an old frame
+  // Otherwise it belongs to an old frame.
+  if (!is_compared || fingertips_.front().misses()) return std::nullopt;
   arm_.Agree(fingers_.front().p_S_apex, {p_S_tip, *arm_lag}, kArmApart);
   return arm_.apart();
 }
@@ -243,7 +244,7 @@ void TactileEstimator::EstimateFinger(std::size_t i,
   finger.sigma = touch.sigma;
   finger.Set(touch);
   CheckFinger(i, encoder_error);
-  // A pose that is turned turns the force, about the two axes across it.
+  // A rotated pose rotates the force about the two axes across it.
   if (finger.force && finger.has_pose) {
     const double across = tactile_.pose_tolerance * finger.force->norm();
     finger.sigma = std::hypot(finger.sigma, across, across);
@@ -351,7 +352,7 @@ void TactileEstimator::EstimateMoment() noexcept {
       arm.cross(*first.force) - share * (object_.X_SO().linear() * *response->moment_O);
   const double place_sigma = place.sigma > 0 ? place.sigma : tactile_.patch / 2;
   const double lever = std::max(arm.norm(), estimate_.moment->norm() / force);
-  // The model's own error, of which it knows the bound, changes the share.
+  // The model's error, for which there is a bound, changes the share.
   const double bound = response->force_error / modelled * share * response->moment_O->norm();
   estimate_.moment_sigma = std::hypot(std::hypot(share * response->moment_sigma, bound),
                                       std::hypot(force * place_sigma, lever * estimate_.sigma));

@@ -60,7 +60,8 @@ void TouchedObject::Deform() noexcept {
   SeparateHeld();
   if (Respond()) return;
   const bool holds = std::ranges::any_of(fingers_, IsDisplaced);
-  if (holds) {  // what cannot be held so, on supports say, may still be loaded
+  // A displacement may be impossible, for example on supports, where a load is possible.
+  if (holds) {
     for (const std::size_t i : acting_) fingers_[i].ActByForce();
     if (Respond()) return;
   }

@@ -150,7 +150,7 @@ void VolumeLoadIdentifier::Place(const TriangleLoad& best, SurfaceLoad* load) {
   const auto& nodes = surface_.triangles[Index(best.triangle)];
   load->force = best.forces.sum();
   load->n_O = search_.normal(best.triangle);
-  if (load->force == 0) {  // all points stand exactly at rest
+  if (load->force == 0) {  // all points are exactly at rest
     load->p_O = surface_.nodes[Index(nodes[0])];
     load->sigma_force = std::sqrt(best.covariance.sum());
     return;
@@ -197,7 +197,7 @@ void VolumeLoadIdentifier::CheckFit(const std::vector<SurfacePoint>& points_O,
   if (range > 0 && std::abs(load->depth) > range * larger_side_) {
     sample.beyond_range = "the deflection is beyond the model's range";
   } else if (!flag_reason_.empty() &&
-             flag_reason_ != kCoarsePatch) {  // which few of the points are on
+             flag_reason_ != kCoarsePatch) {  // few points are on this patch
     sample.beyond_range = flag_reason_;
   } else if (unsolved_) {
     sample.beyond_range =

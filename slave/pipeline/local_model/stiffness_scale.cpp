@@ -12,7 +12,8 @@ namespace {
 constexpr double kErrors = 3;
 constexpr double kMinRatio = 0.25,
                  kMaxRatio = 4;  // [-] [tuned: OnlyFiniteForcesAboveZeroTell]
-// Values as far apart are alike to 1 / e. [-] [tuned: DepthsNotEstimatedFollowTheirNeighbours]
+// Distance at which the correlation of values falls to 1 / e [-]. [tuned:
+// DepthsNotEstimatedFollowTheirNeighbours]
 constexpr double kAlike = 5;
 constexpr double kForgotten = 2e-3;  // share per sample
 

@@ -112,8 +112,8 @@ void SurfaceEstimator::SetEstimate(bool shows_tool) noexcept {
   SetMoment(shows_tool);
 }
 
-// The load is even over the tool's patch: its centre, which the points show, is where its force
-// acts. Another load than the tip's says nothing of the tool.
+// The load is uniform over the tool's patch, so its force acts at the centre, which the points
+// determine. A load that is not at the tip gives no information on the tool.
 void SurfaceEstimator::SetMoment(bool shows_tool) noexcept {
   estimate_.moment.reset();
   if (!shows_tool || tool_width_ == 0) return;
@@ -141,8 +141,8 @@ ToolReading SurfaceEstimator::ToolAt(const Vector3d& p_S_tip, double lag) noexce
   return tool;
 }
 
-// Compares the load that explains the points with the force by the tip's depth alone. The depth is
-// of another instant than the image: the motion since the last image is an error.
+// Compares the load that explains the points with the force by the tip's depth alone. The depth
+// belongs to another time than the image, so the motion since the last image is an error.
 void SurfaceEstimator::Learn() noexcept {
   const Vector3d p_O_tip = X_OS_ * estimate_.p_S_tip;
   Vector3d p_O, n_O;
@@ -171,7 +171,7 @@ LocalModel SurfaceEstimator::LocalAt(const Vector3d& p_S_tip) noexcept {
   const bool usable =
       std::isfinite(press.force) && std::isfinite(press.stiffness) && press.stiffness > 0;
   if (!usable) return local_;
-  // The plane goes on where the surface has ended: beyond its edge nothing is touched.
+  // The plane extends beyond the edge of the surface, where there is no contact.
   const double beside = (p_O_tip - p_O + depth * n_O).norm();
   if (beside > kBesideEdge * larger_side_) depth = press.stiffness = 0;
   LocalModel next;

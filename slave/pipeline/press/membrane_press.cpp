@@ -45,8 +45,8 @@ std::vector<std::vector<int>> NeighboursOf(const SurfaceMesh& mesh) {
   return neighbours;
 }
 
-// Half the mean edge: width of the patch's soft edge, so that its shares change steadily as it
-// moves.
+// Returns half of the mean edge: the width of the patch's soft edge, which makes its shares
+// continuous as it moves.
 double EdgeSoftness(const SurfaceMesh& mesh) {
   double sum = 0;
   for (const auto& t : mesh.triangles) {
@@ -180,8 +180,8 @@ int MembranePress::BestNode() noexcept {
   return best;
 }
 
-// Maximum of a paraboloid through the sums of squares at the node and its neighbours, no farther
-// than these; its curvature gives the position's sigma.
+// Maximum of a paraboloid through the sums of squares at the node and its neighbours, limited to
+// their distance; the sigma of the position follows from its curvature.
 Eigen::Vector3d MembranePress::Interpolate(int node) noexcept {
   const auto at = Index(node);
   const auto& nodes = membrane_.surface().nodes;
@@ -262,7 +262,7 @@ PatchCompliance::PatchCompliance(const InflatedMembrane& membrane, double diamet
     if (membrane.IsHeld(j)) continue;
     const auto at = Index(j);
     std::vector<Share>& shares = shares_[at];
-    // Pressures act along each node's own normal: what counts is their sum along the patch's.
+    // Pressures act along each node's normal, so the force is their sum along the patch's normal.
     double sum = 0;
     for (int i = 0; i < static_cast<int>(nodes); ++i) {
       const auto node = Index(i);

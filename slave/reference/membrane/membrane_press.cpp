@@ -25,7 +25,7 @@ double Chord(const MembranePress& press, std::size_t i) {
   return (b.force - a.force) / (b.depth - a.depth);
 }
 
-// A depth step, or for i < 0 what pulling would do: the opposite, since a plate has no side.
+// Returns a depth step; for i < 0 the pulling one, which is its negative by symmetry.
 double DepthOf(const MembranePress& press, int i) {
   return i < 0 ? -DepthOf(press, -i) : press.depth_steps[static_cast<std::size_t>(i)]->depth;
 }
@@ -89,7 +89,7 @@ Weights WeightsAt(const MembranePress& press, std::size_t below, double t) {
   return weights;
 }
 
-// Where a point of the turned disc (tool on the x axis at `p`) lies in the press solved at `q`.
+// Maps a point of the rotated disc (tool on the x axis at `p`) to the press solved at `q`.
 Vector2d Carried(const Vector2d& point, double p, double q, double rim) {
   if (p == q) return point;
   const double m = (p - q) * rim / (rim * rim - p * q);
@@ -122,7 +122,7 @@ Vector3d DisplacementAt(const MembranePress& press, const Vector2d& p_O, double 
   const Weights weights = WeightsAt(press, i, std::min((depth - from) / (to - from), 1.0));
   Vector3d displacement = Vector3d::Zero();
   for (std::size_t r = 0; r < weights.size(); ++r) {
-    if (weights[r] == 0) continue;  // also where there is no such depth step
+    if (weights[r] == 0) continue;  // also zero if there is no such depth step
     const MembraneDepthStep& depth_step = *press.depth_steps[i + r - 1];
     for (std::size_t k = 0; k < stencil.nodes.size(); ++k) {
       const auto n = static_cast<std::size_t>(stencil.nodes[k]);

@@ -111,9 +111,9 @@ Vector2d NestedCircles::At(const Place& place) const noexcept {
   return {(1 - way) * eccentricity + r * std::cos(place.angle), r * std::sin(place.angle)};
 }
 
-// On the circle `way` from the tool to the rim, |d + way e| = tool + way (radius - tool) with d
-// from the tool's centre and e the eccentricity: a quadratic equation, one of whose roots is
-// positive.
+// Finds the circle at the share `way` from the tool to the rim, |d + way e| = tool + way (radius -
+// tool) with d from the tool's centre and e the eccentricity: a quadratic equation, one of whose
+// roots is positive.
 NestedCircles::Place NestedCircles::Of(const Vector2d& p) const noexcept {
   const Vector2d d(p.x() - eccentricity, p.y());
   const double distance = d.norm();

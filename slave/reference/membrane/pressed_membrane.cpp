@@ -25,7 +25,7 @@ constexpr double kDeepest = 0.5;     // of the radius
 constexpr double kResidual = 1e-6;   // of the load
 constexpr double kWorthwhile = 0.3;  // reduction of the residual by one step
 constexpr double kTouching = 1e-9;   // of the depth, of the largest force
-constexpr double kNear = 0.5;        // of the load: a residual with which a factor may be kept
+constexpr double kNear = 0.5;        // relative residual up to which a factor is reused
 constexpr int kNewtonSteps = 60, kFactors = 12, kHalvings = 6;
 
 void Require(bool good, const std::string& what) {
@@ -84,10 +84,10 @@ DiscMesh::Size SizeOf(const MembraneResolution& resolution, const NestedCircles&
           resolution.through > 0 ? resolution.through : 1};
 }
 
-// Contact without adhesion: forces f >= 0 with C f >= missing, equal where f > 0. The least of
-// f^T C f / 2 - f^T missing: of the places that miss most one after another is pushed, and let go
-// where that would pull (Lawson and Hanson, Solving Least Squares Problems, ch. 23). False: C is
-// not positive definite.
+// Contact without adhesion: forces f >= 0 with C f >= missing, equal where f > 0. Minimises f^T C f
+// / 2 - f^T missing: places are pushed one after another, those with the largest deficit first, and
+// released if they would pull (Lawson and Hanson, Solving Least Squares Problems, ch. 23). False: C
+// is not positive definite.
 bool Push(const MatrixXd& C, const VectorXd& missing, VectorXd* forces) {
   const double slack = kTouching * missing.cwiseAbs().maxCoeff();
   std::vector<int> pushed;
@@ -218,8 +218,8 @@ PressedMembrane::Continuation::State PressedMembrane::Continuation::Predict(doub
   return guess;
 }
 
-// Newton's method for displacements and the forces that bring the tool to its depth. Forces cost a
-// fiftieth of a factor, so a factor is kept as long as it brings the balance closer.
+// Newton's method for displacements and the forces that bring the tool to its depth. Evaluating
+// forces takes a fiftieth of a factorisation, so a factor is reused while it reduces the residual.
 std::optional<PressedMembrane::Continuation::State> PressedMembrane::Continuation::Solve(
     double depth) {
   State state = Predict(depth);
@@ -237,7 +237,7 @@ std::optional<PressedMembrane::Continuation::State> PressedMembrane::Continuatio
     }
     last = norm;
     factor.Solve(&residual);
-    state.u += residual - by_loads * state.forces;  // as without the tool
+    state.u += residual - by_loads * state.forces;  // as if there were no tool
     const VectorXd missing = depth - DepthsAt(state.u).array();
     if (!Push(compliance, missing, &state.forces)) return std::nullopt;
     state.u += by_loads * state.forces;

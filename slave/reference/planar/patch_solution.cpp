@@ -100,7 +100,7 @@ PatchSolution SolvePatch(const TrueBody& body, double poisson_ratio, Plane plane
   return solution;
 }
 
-// In a frame whose y axis is the way.
+// Computes in a frame whose y axis is the direction of motion.
 double SlidingStiffness(const TrueBody& body, double poisson_ratio, Plane plane,
                         const BoundaryPlace& place, double width, const Eigen::Vector2d& way_O,
                         const Fineness& fineness) {

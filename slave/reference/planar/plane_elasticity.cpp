@@ -181,10 +181,10 @@ Sparse FreePart(const Sparse& K, const std::vector<int>& number, int count) {
   return part;
 }
 
-// Solves the symmetric system with lower half A. `shift` is taken off the diagonal of the pressure
-// equations before factoring: at nu = 0.5 they have none, and a small negative one makes the matrix
-// quasi-definite, so that LDL^T exists in any order (Vanderbei, SIAM J. Optim. 5, 1995). Refinement
-// against A itself takes the change out again.
+// Solves the symmetric system with lower half A. `shift` is subtracted from the diagonal of the
+// pressure equations before the factorisation: at nu = 0.5 they have none, and a small negative one
+// makes the matrix quasi-definite, so that LDL^T exists in any order (Vanderbei, SIAM J. Optim. 5,
+// 1995). Iterative refinement with A removes the effect of this change.
 Eigen::MatrixXd SolveSymmetric(const Sparse& A, const Eigen::VectorXd& shift,
                                const Eigen::MatrixXd& right) {
   Sparse factored = A;
@@ -220,7 +220,8 @@ QuadraticMesh::QuadraticMesh(const TriangleMesh& mesh)
     for (std::size_t i = 0; i < 3; ++i) {
       const auto& v = mesh.triangles[t];
       const int behind = mesh.neighbours[t][i];
-      if (behind >= 0 && Index(behind) < t) continue;  // that triangle has made the node
+      // The neighbouring triangle has created the node already.
+      if (behind >= 0 && Index(behind) < t) continue;
       const int node = static_cast<int>(nodes.size());
       nodes.push_back(0.5 * (nodes[Index(v[(i + 1) % 3])] + nodes[Index(v[(i + 2) % 3])]));
       triangles[t][middle_of(i)] = node;

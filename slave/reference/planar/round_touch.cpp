@@ -113,7 +113,7 @@ PatchSolution SolveUnderRound(const TrueBody& body, double poisson_ratio, Plane 
 
 namespace {
 
-// How far each node would be behind the tool's surface if nothing gave way [m].
+// Returns the overlap of each node with the tool's surface without deformation [m].
 Eigen::VectorXd Overlap(const RoundTouch& touch, const Eigen::Vector2d& moved, double turn) {
   Eigen::VectorXd overlap(static_cast<Eigen::Index>(touch.nodes.size()));
   const Eigen::Vector2d &n = touch.normal_O, along(-n.y(), n.x());
@@ -173,7 +173,7 @@ RoundState Touched(const RoundTouch& touch, const Eigen::Vector2d& displacement_
     touches[i] = overlap(static_cast<Eigen::Index>(i)) > 0 ? 1 : 0;
   }
   RoundState state;
-  // Nodes that are pulled let go; those that the tool passes through touch.
+  // Pulled nodes are released; nodes inside the tool begin to touch.
   for (int round = 0; round < kRounds; ++round) {
     state = Balance(touch.stiffness, touches, wanted);
     bool changed = false;

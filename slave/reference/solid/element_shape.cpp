@@ -63,8 +63,8 @@ struct Powers {
   VectorXd value, slope;
 };
 
-// The monomials whose exponents are the columns of `exponents`: the value (`along` < 0) or the
-// derivative along one direction, row per place.
+// Returns the monomials with exponents in the columns of `exponents`: values (`along` < 0) or
+// derivatives along one direction, one row per point.
 MatrixXd Monomials(const MatrixXi& exponents, const MatrixXd& places, int along) {
   MatrixXd result = MatrixXd::Ones(places.cols(), exponents.cols());
   for (int d = 0; d < places.rows(); ++d) {
@@ -77,7 +77,7 @@ MatrixXd Monomials(const MatrixXi& exponents, const MatrixXd& places, int along)
   return result;
 }
 
-// The monomials with the lattice's exponents span what its nodes' values determine.
+// The monomials with the lattice's exponents span the space of shape functions.
 ElementShape ShapeOf(const MatrixXi& lattice, int degree, const Rule& rule) {
   const MatrixXd nodes = lattice.cast<double>() / degree;
   const MatrixXd coefficients = Monomials(lattice, nodes, -1).inverse();

@@ -24,7 +24,7 @@ Matrix3d CofactorOf(const Matrix3d& F) {
   return cofactor;
 }
 
-// Where a rising function is zero.
+// Returns the zero of an increasing function.
 template <typename Function>
 double RootOf(double low, double high, const Function& function) {
   for (int i = 0; i < 60; ++i) {
@@ -256,7 +256,8 @@ void NeoHookeanBody::AddStiffness(std::size_t element, const Work& work, Matrix*
       const int position = 3 * positions_[element][Index(i + count * j)];
       for (int b = 0; b < 3; ++b) {
         double* to = stiffness->valuePtr() + stiffness->outerIndexPtr()[3 * column + b] + position;
-        const int rows = nodes[Index(i)] == column ? b + 1 : 3;  // a node may stand in it twice
+        // A node may occur twice in an element.
+        const int rows = nodes[Index(i)] == column ? b + 1 : 3;
         for (int a = 0; a < rows; ++a) to[a] += work.entry(i, a, j, b);
       }
     }

@@ -24,7 +24,7 @@ using Eigen::Vector3d;
 // First brick at an end of the tool by its smaller side, and how bricks grow. [tuned:
 // pressed_block_test, within 2 %]
 constexpr double kFirst = 0.2, kGrowth = 2;
-constexpr double kMaxNu = 0.4999;  // displacements alone lock
+constexpr double kMaxNu = 0.4999;  // elements with displacements only would lock beyond it
 // Part of the first brick by which a tool acts wider at its end, where the stress is singular.
 // [measured: as above]
 constexpr double kExcess = 0.1;
@@ -53,7 +53,7 @@ std::vector<double> Ends(double length, double low, double high, double first) {
   return ends;
 }
 
-// Nodes of quadratic bricks: ends and middles.
+// Returns the nodes of quadratic bricks: ends and midpoints.
 std::vector<double> NodesOf(const std::vector<double>& ends) {
   std::vector<double> nodes{ends.front()};
   for (std::size_t i = 1; i < ends.size(); ++i) {
@@ -152,7 +152,7 @@ struct Tooling {
   double low = 0, high = 0, front = 0, back = 0;  // of the tool, along the side and the thickness
 };
 
-// The ends of a tool on [0, length] come nearer to each other, but where it ends with the body.
+// Moves the ends of a tool on [0, length] inwards, except at the ends of the body.
 void Narrow(double excess, double length, double* low, double* high) {
   const double near = 1e-6 * length;
   if (*low > near) *low += excess;
@@ -191,7 +191,7 @@ std::vector<int> RowsOf(const Grid& grid, const Sides& sides, const Matrix2d& to
   for (int k = 0; k < grid.size(2); ++k) {
     for (int j = 0; j < grid.size(1); ++j) {
       for (int i = 0; i < grid.size(0); ++i) {
-        // Bricks that a node is in: two at its ends, one in its middle.
+        // Bricks that contain a node: two at an end, one at a midpoint.
         const auto first = [](int n) { return n % 2 == 0 ? std::max(n - 2, 0) : n - 1; };
         const auto last = [](int n, int size) {
           return n % 2 == 0 ? std::min(n + 2, size - 1) : n + 1;

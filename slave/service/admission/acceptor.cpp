@@ -24,7 +24,7 @@
 namespace palpate {
 namespace {
 
-constexpr std::chrono::milliseconds kCountPeriod(20);  // between two counts of what arrived
+constexpr std::chrono::milliseconds kCountPeriod(20);  // period of counting the received bytes
 constexpr double kTrustPeriod = 1;                     // between two checks of certificates [s]
 constexpr double kWindow = 0.2;  // time constant of the rate of a connection [s]
 constexpr double kOwnBurst = 2;  // of a connection with a rate of its own, at that rate [s]
@@ -42,7 +42,7 @@ void Set(int fd, int level, int option, int value) {
   setsockopt(fd, level, option, &value, sizeof value);
 }
 
-// A listening socket at `address`, whose port is filled in. -1: errno says why.
+// Opens a listening socket at `address` and sets the port there. -1: see errno.
 int Listen(sockaddr* address, socklen_t size) {
   const int fd = socket(address->sa_family, SOCK_STREAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0);
   if (fd < 0) return fd;
@@ -106,7 +106,7 @@ void Acceptor::Run(const std::stop_token& stop) {
   for (const int fd : listening_) polled.push_back({fd, POLLIN, 0});
   Time counted = Clock::now(), trust_checked{};
   while (!stop.stop_requested()) {
-    // While too much arrives, nobody new is accepted.
+    // While too much data arrives, no new connection is accepted.
     const auto count = credit_ < 0 ? 0 : polled.size();
     const int ready = poll(polled.data(), count, static_cast<int>(kCountPeriod.count()));
     for (const pollfd& one : polled) {

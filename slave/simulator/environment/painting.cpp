@@ -18,7 +18,8 @@ constexpr double kOne = 65536;  // 16.16 fixed point
 
 // White noise, smoothed across the seam, with mean 0 and standard deviation 1.
 cv::Mat SmoothNoise(std::uint32_t seed, double grain) {
-  // Neighbouring seeds of cv::RNG itself resemble each other.
+  // A better generator makes the seed, because cv::RNG yields similar numbers for neighbouring
+  // seeds.
   cv::RNG random{std::mt19937_64{seed}()};
   cv::Mat noise(Texture::kSize, Texture::kSize, CV_32F);
   random.fill(noise, cv::RNG::NORMAL, 0, 1);

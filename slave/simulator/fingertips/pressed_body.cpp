@@ -35,7 +35,7 @@ double LargerSide(const SiteMesh& mesh) {
   return (high - low).maxCoeff();
 }
 
-// Rising, each once.
+// Sorts the nodes and removes duplicates.
 void SortOut(std::vector<int>* nodes) {
   std::ranges::sort(*nodes);
   nodes->erase(std::ranges::unique(*nodes).begin(), nodes->end());
@@ -50,7 +50,8 @@ std::vector<int> NodesOf(const std::vector<std::array<int, 3>>& triangles) {
   return nodes;
 }
 
-// With nodes renumbered. The energy of each point is proportional to its modulus, hence its weight.
+// Returns the elements with renumbered nodes. The energy of each point is proportional to its
+// modulus, hence its weight.
 std::vector<PlacedElement> Placed(const SiteMesh& mesh, double unit, const std::vector<int>& number,
                                   const PressedBody::Modulus& modulus) {
   std::vector<PlacedElement> elements;
@@ -161,14 +162,15 @@ struct PressedBody::Solver {
   SparseLdlt<double> factor;
   RigidFinger finger;
   std::vector<int> touchable;
-  VectorXd scene_free, free;  // 0 for what the scene, or a finger too, holds, else 1
-  VectorXd goal;              // of what fingers hold
-  VectorXd x, forces;         // displacements, what holds them
-  std::vector<Bond> bonds;    // per node
+  // 0 for components that the scene (for `free` also a finger) fixes, else 1.
+  VectorXd scene_free, free;
+  VectorXd goal;            // prescribed displacements of nodes bonded to fingers
+  VectorXd x, forces;       // displacements and forces
+  std::vector<Bond> bonds;  // per node
   std::vector<FingerPlacement> placed;
 };
 
-// Bonded nodes go with their fingers.
+// Prescribes the motion of nodes that are bonded to fingers.
 void PressedBody::Solver::Fix(std::span<const FingerPlacement> fingers) {
   free = scene_free;
   for (const int node : touchable) {
@@ -233,7 +235,7 @@ bool PressedBody::Solver::Capture(std::span<const FingerPlacement> fingers) {
   return any;
 }
 
-// Bonds that pull are given up, once: one that came back stays.
+// Releases bonds that pull, each at most once; a bond that was restored remains.
 bool PressedBody::Solver::Release(std::span<const FingerPlacement> fingers) {
   double largest = 0;
   for (const int node : touchable) {

@@ -29,8 +29,8 @@ double EdgeAt(double t, std::span<const double> focuses, const SiteResolution& r
          (resolution.edge + resolution.growth * std::max(nearest - resolution.fine_reach, 0.0));
 }
 
-// A stretch between two places that must be met, and how many cells its edges ask for up to each
-// of its samples.
+// An interval between two fixed positions, and the cumulative number of cells that the edge length
+// requires at its samples.
 struct Stretch {
   double from = 0, to = 0;
   std::array<double, kSamples + 1> asked{};
@@ -58,7 +58,8 @@ struct Stretch {
   }
 };
 
-// One cell each, and the others one by one where cells are largest for what is asked.
+// Gives each interval one cell, and the others one by one where cells are largest relative to the
+// required size.
 std::vector<int> ShareOut(const std::vector<Stretch>& stretches, int cells) {
   std::vector<int> shares(stretches.size(), 1);
   for (int left = cells - static_cast<int>(stretches.size()); left > 0; --left) {
@@ -80,8 +81,8 @@ double PlaceAt(const std::vector<double>& ends, double step) {
   return ends[end] + static_cast<double>(beyond) / kHexahedronDegree * (ends[end + 1] - ends[end]);
 }
 
-// Nodes on the lattice of tetrahedra that share what they have in common: by how many steps of the
-// lattice they are a corner's.
+// Lattice nodes of tetrahedra, shared between neighbours. A node is identified by its numbers of
+// lattice steps towards each corner.
 class LatticeNodes {
  public:
   LatticeNodes(const std::vector<Vector3d>& corners, int degree)

@@ -162,14 +162,15 @@ std::shared_ptr<PressCache::DepthSeries> PressCache::Next() {
   return next;
 }
 
-// Two depth steps lie beyond the one above `depth`: ForceAt uses them, and answers must not depend
-// on how far the thread has come.
+// Returns whether two depth steps beyond `depth` are solved: ForceAt uses them, and answers must
+// not depend on the progress of the thread.
 bool PressCache::DepthSeries::Reaches(double depth) const {
   return complete || (press->depth_steps.size() > 3 &&
                       press->depth_steps[press->depth_steps.size() - 3]->depth >= depth);
 }
 
-// The press with one depth step more; the same one: the membrane takes no deeper press.
+// Returns the press with one more depth step, or the same one if the membrane cannot be pressed
+// deeper.
 PressCache::Press PressCache::DepthSeries::Solve() noexcept {
   try {
     if (missed && !announced) {

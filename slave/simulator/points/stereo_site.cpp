@@ -33,7 +33,7 @@ class Stage {
   Stage(const Stage&) = delete;
   Stage& operator=(const Stage&) = delete;
 
-  // As the methods of StereoSite.
+  // See the methods of StereoSite.
   virtual void MoveTool(const Vector3d& p_S_tip, WhenUnsolved when_unsolved) = 0;
   virtual void SolveEverywhere() {}
   [[nodiscard]] virtual Truth truth() const = 0;
@@ -143,7 +143,8 @@ class TargetStage final : public Stage {
   double pace_;
   cv::Mat seen_;  // CV_32F
 
-  mutable std::mutex mutex_;  // guards what others read; written by TakeImages's thread only
+  // Guards the members that other threads read; only the thread of TakeImages writes them.
+  mutable std::mutex mutex_;
   Truth truth_;
   TargetTruth now_;
 };
@@ -180,8 +181,8 @@ std::unique_ptr<Stage> MakeStage(const Scene& scene,
 
 constexpr double kTargetSeconds = 10;  // of a textured target's path without a duration
 constexpr int kRest = 15;              // pairs before the contact: the rest shape
-constexpr int kDwell = 6;              // pairs at each step on the way in; one on the way back
-constexpr double kStep = 0.5e-3;       // [m]
+constexpr int kDwell = 6;  // image pairs at each step during the approach; one during the retreat
+constexpr double kStep = 0.5e-3;                           // [m]
 constexpr double kFineBelow = 1e-3, kCoarseAbove = 50e-3;  // press depths with ten steps [m]
 
 std::vector<double> StepsTo(double depth) {

@@ -29,7 +29,7 @@ namespace {
 constexpr double kReportRate = 500;             // of the manipulator [Hz]
 constexpr std::chrono::milliseconds kPoll{50};  // of the slave's status
 
-// From the instant of a sample to its sending: what the simulation costs.
+// Measures the delay from the time of a sample to its sending, which is the cost of the simulation.
 class Delay {
  public:
   double Add(Time sensed_at) {
@@ -132,9 +132,8 @@ class Streams {
   std::vector<std::jthread> threads_;  // last: they use everything above
 };
 
-// What is missing until the slave estimates from samples after the first `frames`, and its tool is
-// driven; empty: nothing. Where it estimates a force, its baseline or rest shape must be known as
-// well.
+// Returns what is missing until the slave estimates from samples after the first `frames`, and
+// drives its tool; empty: nothing. If it estimates a force, its baseline must be known as well.
 std::string Missing(const v1::Status& status, std::uint64_t frames, bool has_force) {
   if (!status.cameras().trouble().empty()) return "cameras: " + status.cameras().trouble();
   if (!status.arm().fault().empty()) return "manipulator: " + status.arm().fault();
@@ -146,8 +145,7 @@ std::string Missing(const v1::Status& status, std::uint64_t frames, bool has_for
   return "";
 }
 
-// The same from the slave's answer. A slave that is kept from answering by other work is waited
-// for.
+// Does the same with a status request, and waits for a slow answer.
 std::string Missing(const Slave& slave, std::uint64_t frames, bool has_force) {
   try {
     return Missing(slave.Status(), frames, has_force);

@@ -33,7 +33,7 @@ std::vector<Region> Regions(const PointCloud& cloud, const Segmentation& segment
   return regions;
 }
 
-// Farther from `--at` nothing is what it points at [m].
+// Largest distance of the selected point from `--at` [m].
 constexpr double kReach = 0.05;
 
 int NearestTo(const Vector3d& at, const PointCloud& cloud, const Segmentation& segmentation) {

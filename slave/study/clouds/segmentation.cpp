@@ -31,7 +31,7 @@ using Tree = pcl::KdTreeFLANN<Point>;
 constexpr double kRadius = 4, kLink = 2, kTolerance = 2;
 constexpr double kBorder = 0.25;
 constexpr double kGroove = 0.10;           // folded by about 27 degrees
-constexpr double kShallowGroove = 0.06;    // by 16 degrees
+constexpr double kShallowGroove = 0.06;    // corresponds to an angle of 16 degrees
 constexpr double kOtherColour = 40;        // of 442
 constexpr std::size_t kMinNeighbours = 6;  // neighbours that make a surface
 constexpr std::size_t kMinPoints = 150;    // points of a region
@@ -55,9 +55,9 @@ Voxels Voxelised(const PointCloud::ConstPtr& cloud, double edge) {
   return voxels;
 }
 
-// Median distance of a point to the nearest one that lies elsewhere [m].
+// Returns the median distance of a point to the nearest one at another position [m].
 double Spacing(const PointCloud::ConstPtr& cloud) {
-  constexpr int kEnough = 4;  // a few may lie in the same place
+  constexpr int kEnough = 4;  // a few points may be at the same position
   Tree tree;
   tree.setInputCloud(cloud);
   std::vector<float> distances, squared;
@@ -93,7 +93,7 @@ Neighbourhood Compared(const PointCloud& cloud, const Point& point, const pcl::I
   return {(offset - before * normal).norm(), before};
 }
 
-// Which region every point belongs to, counted from 0; -1: none.
+// Returns the region of every point, from 0; -1: none.
 std::vector<int> GrowColours(const PointCloud::ConstPtr& cloud) {
   pcl::RegionGrowingRGB<Point> growing;
   growing.setInputCloud(cloud);
@@ -131,7 +131,7 @@ std::vector<Patch> Patches(const PointCloud& core, const std::vector<int>& patch
   return patches;
 }
 
-// Where two patches touch.
+// The border of two patches.
 struct Border {
   std::vector<std::pair<std::size_t, std::size_t>> links;  // voxels of one and of the other
   double before = 0;                                       // sum over the links
@@ -183,7 +183,7 @@ std::vector<int> GrowSurfaces(const PointCloud::ConstPtr& core, const std::vecto
   return surface_of;
 }
 
-// Step 1: the voxels that are neither strays nor in supports.
+// Step 1: returns the voxels that are neither outliers nor in supporting planes.
 pcl::Indices Standing(const PointCloud::ConstPtr& voxels, double edge) {
   pcl::Indices standing, near;
   std::vector<float> squared;
@@ -197,10 +197,10 @@ pcl::Indices Standing(const PointCloud::ConstPtr& voxels, double edge) {
   return standing;
 }
 
-// Voxels that lie amid a surface.
+// Voxels in the interior of a surface.
 struct Core {
   pcl::Indices voxels;
-  std::vector<double> before;  // as in Neighbourhood
+  std::vector<double> before;  // see Neighbourhood
 };
 
 // Step 2.

@@ -12,7 +12,7 @@ namespace {
 constexpr float kLowest = 0, kHighest = 4095;  // [counts] [derived: a 12-bit converter]
 constexpr double kStuck = 1e-6;                // [counts]
 constexpr double kMoved = 4;                   // thresholds
-// Where more are at rest, no direction is stated. [-] [tuned: DividesTwiceAndClipsAtFullScale]
+// Largest number of dead electrodes for a direction [-]. [tuned: DividesTwiceAndClipsAtFullScale]
 constexpr int kMaxDead = 9;
 
 // The two electrodes nearest to electrode `i`.

@@ -15,8 +15,7 @@
 namespace palpate {
 namespace {
 
-constexpr double kRounding =
-    1e-12;  // of the size at hand: what is nearer than this has no direction
+constexpr double kRounding = 1e-12;  // relative to the size: smaller distances have no direction
 
 // Returns the outward direction from the sphere's centre, or from the cylinder's axis behind it.
 Eigen::Vector3d Outward(const Eigen::Vector3d& p_F) {
@@ -61,8 +60,8 @@ void RequirePlace(const CsvLines& lines, const std::string& name, const std::opt
   }
 }
 
-// Throws std::runtime_error `file:line: ...`: all channels lie within a tenth of a millimetre, as
-// they do if the file is in metres.
+// Throws std::runtime_error `file:line: ...`: all channels are within a tenth of a millimetre, as
+// for a file in metres.
 void RequireSize(const CsvLines& lines, const ElectrodeLayout& layout) {
   constexpr double kMinSize = 1e-4;  // [m]
   Eigen::AlignedBox3d box;
@@ -73,9 +72,9 @@ void RequireSize(const CsvLines& lines, const ElectrodeLayout& layout) {
                        size / kMillimetre, size / kMillimetre / kMillimetre));
 }
 
-// Where a simulated electrode sits. On the cylinder: `along` the axis from the origin in radii,
-// <= 0. On the sphere: `along` is the elevation from the plane x = 0 towards the tip [degrees].
-// Azimuth about the axis from the middle of the pad towards +y [degrees].
+// Position of a simulated electrode. On the cylinder: `along` the axis from the origin in radii, <=
+// 0. On the sphere: `along` is the elevation from the plane x = 0 towards the tip [degrees].
+// Azimuth about the axis from the pad's centre towards +y [degrees].
 struct Site {
   bool on_tip;
   double along;

@@ -17,8 +17,8 @@ namespace {
 // [rad] [tuned: SigmaHoldsTwoThirdsOfThePlaces]
 constexpr double kSigmaAngle = 10.5 * std::numbers::pi / 180;
 
-// Angle within which 68 % of the presses on a plate are (contact_direction_test.cpp): it falls as
-// the noise of a mean does with what is counted.
+// Angle within which 68 % of the presses on a plate are (contact_direction_test.cpp): it decreases
+// with the sum of the intensities as the noise of a mean does.
 constexpr double kDegree = std::numbers::pi / 180;  // [rad] [by definition]
 constexpr double kSigmaOfOneCount = 200 * kDegree;  // [rad] [tuned: SigmaHoldsTwoThirdsOfThePlaces]
 constexpr double kMinSigma = 4 * kDegree;           // [rad] [tuned: SigmaHoldsTwoThirdsOfThePlaces]

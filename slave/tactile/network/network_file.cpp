@@ -221,7 +221,8 @@ std::shared_ptr<const ChannelPattern> ReadChannelPattern(const json& root, int c
   return std::make_shared<const ChannelPattern>(std::move(pattern));
 }
 
-// Throws std::runtime_error: what only the training of a sensor without electrodes can know.
+// Throws std::runtime_error if values are missing that the training of a sensor without electrodes
+// provides.
 void RequireTrained(const json& root, const char* key) {
   if (root.contains(key)) return;
   throw std::runtime_error(std::string(key) +

@@ -105,7 +105,7 @@ class DenseStack {
     VectorXd bias;
     HiddenActivation activation;
   };
-  std::vector<Layer> layers_;  // the last one gives the scaled outputs
+  std::vector<Layer> layers_;  // the last layer returns the scaled outputs
 };
 
 // A layer of LSTM, see LstmLayer. Immutable.

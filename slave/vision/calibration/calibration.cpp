@@ -107,7 +107,7 @@ StereoRig FitRig(const Board& board, const std::vector<BoardView>& views, const 
 // Takes the order of the right corners in which the rotation between the cameras agrees best with
 // that of one pair. Each order is a turn of the board about its normal.
 void AlignOrders(const LensFit& left, const LensFit& right, Calibration* c) {
-  const std::array<double, 4> turns{0, M_PI, M_PI / 2, -M_PI / 2};  // as OrdersOf
+  const std::array<double, 4> turns{0, M_PI, M_PI / 2, -M_PI / 2};  // in the order of OrdersOf
   const std::size_t count = OrdersOf(c->views.front().right, c->board).size();
   const auto rotation = [&](std::size_t view, std::size_t order) {
     return Eigen::Quaterniond(right.X_CB[view].linear() *
@@ -190,8 +190,8 @@ double QuantityOf(const StereoRig& rig) {
   return rig.baseline() > 0 ? rig.baseline() : std::sqrt(rig.left.fx * rig.left.fy);
 }
 
-// The group of each view: images whose corners all lie near those of an earlier one, by 1 % of the
-// image's width, root mean square.
+// The group of each view: images whose corners all lie near those of an earlier one, within 1 % of
+// the image's width, root mean square.
 std::vector<std::size_t> GroupsOf(const Calibration& c) {
   constexpr double kAlike = 0.01;
   const auto count = static_cast<double>(c.views.front().left.size());
@@ -207,7 +207,7 @@ std::vector<std::size_t> GroupsOf(const Calibration& c) {
   return groups;
 }
 
-// Calibrates with the views of the chosen groups alone.
+// Calibrates with the views of the chosen groups only.
 double EstimateFrom(const Calibration& c, const std::vector<std::size_t>& groups,
                     std::span<const std::size_t> chosen) {
   std::vector<BoardView> views;
@@ -243,11 +243,11 @@ void SetSigma(Calibration* c) {
           std::ranges::stable_partition(order, [](std::size_t i) { return i % 2 == 0; });
       half = c->distinct - odd.size();
     }
-    // Fisher-Yates with an engine whose numbers are the same everywhere; std::shuffle's are not.
+    // Fisher-Yates shuffle, because std::shuffle is not reproducible across libraries.
     for (std::size_t i = order.size() - 1; k > 0 && i > 0; --i) {
       std::swap(order[i], order[random() % (i + 1)]);
     }
-    double difference = 1;  // of halves that determine nothing: as wrong as can be reported
+    double difference = 1;  // largest value, for halves that determine nothing
     try {
       const std::span<const std::size_t> views = order;
       difference = (EstimateFrom(*c, groups, views.first(half)) -
@@ -389,7 +389,7 @@ std::vector<NamedMatrix> Rectification(const StereoRig& rig) {
   for (const auto& [name, m] :
        {std::pair{"R1", R1}, {"R2", R2}, {"P1", P1}, {"P2", P2}, {"Q", Q}}) {
     out.push_back({name, {}});
-    out.back().value.resize(m.rows, m.cols);  // where it is row-major OpenCV leaves this to us
+    out.back().value.resize(m.rows, m.cols);  // OpenCV does not do this for row-major matrices
     cv::cv2eigen(m, out.back().value);
   }
   return out;

@@ -133,7 +133,8 @@ std::optional<InverseDepth> RestDepth::PlaneOf(const DepthCell& cell, int least,
   const double metre = unit / kFractions;
   const double x_middle = (cell.column + 0.5 * (cell.edge - 1) - camera.cx) / camera.fx;
   const double y_middle = (cell.row + 0.5 * (cell.edge - 1) - camera.cy) / camera.fy;
-  std::vector<Eigen::Vector3d> samples;  // in widths of the cell from its middle, and 1/z
+  // Position relative to the centre in widths of the cell, and 1/z.
+  std::vector<Eigen::Vector3d> samples;
   for (int v = cell.row; v < cell.row + cell.edge; ++v) {
     for (int u = cell.column; u < cell.column + cell.edge; ++u) {
       const std::int32_t z = row(v)[u];
@@ -143,7 +144,7 @@ std::optional<InverseDepth> RestDepth::PlaneOf(const DepthCell& cell, int least,
       samples.emplace_back(x * camera.fx / cell.edge, y * camera.fy / cell.edge, 1 / (z * metre));
     }
   }
-  // Twice: what deviates from the first plane takes no part in the second.
+  // Fits twice. Pixels that deviate from the first plane are left out of the second fit.
   std::optional<Eigen::Vector3d> plane = FitPlane(samples, least);
   if (!plane) return std::nullopt;
   double mean_miss = 0;
@@ -257,11 +258,11 @@ void DepthPoints::MakeCells() {
                                 (cell.middle.y() - camera.cy) / camera.fy, 1);
     const double inverse_depth = plane->dot(ray_D);
     if (!(inverse_depth > 0)) continue;
-    // Where 1/z = m . ray along every ray, m is normal to the plane and points away.
+    // In 1/z = m . ray the vector m is normal to the plane and points away.
     cell.n_S = -(camera.X_SD.linear() * plane->normalized());
     cell.ray_S = camera.X_SD.linear() * ray_D;
     cell.cosine = -cell.n_S.dot(cell.ray_S);
-    // Evenly anywhere in the cell: edge / sqrt(12), seen on the slant.
+    // Uniform distribution in the cell: edge / sqrt(12), enlarged by the slant.
     const double side = edge / std::sqrt(12.0 * camera.fx * camera.fy) / inverse_depth;
     const double along = side / std::max(0.1, cell.cosine / ray_D.norm());
     cell.along_S = along * along * (Eigen::Matrix3d::Identity() - cell.n_S * cell.n_S.transpose());
@@ -283,7 +284,7 @@ void DepthPoints::Measure(const cv::Mat& depth, const Cell& cell, SurfacePoint* 
   point->p_S = point->p_S_rest + cell.ray_S * (mean->shift * unit);
   const double independent =
       std::max(1.0, mean->count / (params_.correlation * params_.correlation));
-  // The rest frame errs too; what the changes scatter by has that in it.
+  // The baseline also has an error, which the scatter of the changes includes.
   const double sigma = params_.camera.sigma * std::sqrt(1 + 1.0 / params_.rest_images);
   const double along_normal = cell.cosine * std::max(sigma, mean->spread * unit);
   const double variance = along_normal * along_normal / independent;

@@ -16,15 +16,16 @@ namespace palpate {
 namespace {
 
 constexpr std::size_t kNeighbours = 8;  // [-] [tuned: IsIdentifiedTurnedShiftedAndTilted]
-// A dot lies within so much of a spacing from where it is expected [-]; half would be the next one.
-// [tuned: MissingAndSpuriousDotsDoNotMixIdentities]
+// Largest distance of a dot from its expected position in spacings [-]; at a half the next dot is
+// as near. [tuned: MissingAndSpuriousDotsDoNotMixIdentities]
 constexpr double kGate = 0.35;
 constexpr double kShift = 2;         // of the whole array, in spacings [-]
 constexpr double kAreaRatio = 2.5;   // of a dot's areas in two images [-]
 constexpr std::size_t kAnchors = 5;  // [-] [tuned: MissingAndSpuriousDotsDoNotMixIdentities]
 constexpr int kRounds = 12;          // of neighbours that show where the next ones are
 
-// So many more dots make a shift more likely than none: spurious ones may look as if they belonged.
+// Number of additional dots that make a shift more likely than none, because spurious dots may fit
+// by chance.
 int Slack(std::size_t dots) {
   return static_cast<int>(dots / 12);
 }
@@ -35,7 +36,7 @@ bool Alike(double area, double other) {
 
 // Extrapolates a point from its neighbours' motion: least squares of an affine map, the nearer ones
 // weigh more. Collinear neighbours, or fewer than three, determine no motion across their line:
-// there they shift as one.
+// there they only shift.
 class AffineMotion {
  public:
   explicit AffineMotion(const Eigen::Vector2d& point) : point_(point) {}
@@ -122,7 +123,7 @@ DotArray::DotArray(std::vector<Eigen::Vector2d> layout) : layout_(std::move(layo
 
 struct DotArray::Image {
   std::span<const Dot> dots;
-  Places places;                 // where the array's dots are expected
+  Places places;                 // expected positions of the array's dots
   std::vector<double> spacings;  // of those places
   std::span<const double> areas;
 };
@@ -169,7 +170,7 @@ int DotArray::Grow(const Image& image, std::size_t anchor, const Eigen::Vector2d
   return found;
 }
 
-// Where the neighbours of each dot put it.
+// Returns the position of each dot predicted from its neighbours.
 DotArray::Places DotArray::Adapted(const Image& image, const std::vector<int>& picks) const {
   Places now = image.places;
   std::vector<char> seen(size());
@@ -230,7 +231,7 @@ double DotArray::Spacing(std::size_t k, std::span<const Eigen::Vector2d> places)
   double nearest = std::numeric_limits<double>::infinity();
   for (const int j : neighbours_[k]) {
     const double distance = (places[Index(j)] - places[k]).norm();
-    if (distance < nearest) nearest = distance;  // not finite: not less
+    if (distance < nearest) nearest = distance;  // false for values that are not finite
   }
   return std::isfinite(nearest) ? nearest : 0;
 }

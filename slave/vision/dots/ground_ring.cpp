@@ -62,7 +62,7 @@ bool GroundRing::FitArc(int first, int count) noexcept {
   return fits;
 }
 
-// At both ends, as far as the next sector lies in the plane.
+// Extends the arc at both ends while the next sector fits the plane.
 void GroundRing::Grow(int first, int count) noexcept {
   FitArc(first, count);
   for (bool grown = true; grown && count < kSectors;) {

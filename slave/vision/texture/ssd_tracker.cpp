@@ -15,7 +15,7 @@ using Freedom = PatchAligner::Freedom;
 
 constexpr int kMinEdge = 9;           // of a window [px] [tuned: WhatCannotBeIsRefusedAtOnce]
 constexpr double kCoarseMatch = 0.6;  // correlation below which a coarse position is rejected
-constexpr int kNearby = 12;           // searched where the way down misled [px]
+constexpr int kNearby = 12;           // search radius if the coarse levels were misleading [px]
 constexpr int kSearchesPerImage = 4;
 
 void Check(const SsdOptions& options) {
@@ -61,7 +61,7 @@ SsdTracker::SsdTracker(const cv::Mat& first, const std::vector<Eigen::Vector2d>&
 SsdTracker SsdTracker::InOtherCamera(const cv::Mat& image) const {
   SsdTracker other = *this;
   other.options_.search_radius = 0;
-  const int levels = static_cast<int>(back_.size());  // those that have templates
+  const int levels = static_cast<int>(back_.size());  // number of levels with templates
   other.now_ = ImagePyramid(image, levels);
   other.before_ = ImagePyramid(image, levels);
   if (other.now_.levels() < levels) {
@@ -73,7 +73,7 @@ SsdTracker SsdTracker::InOtherCamera(const cv::Mat& image) const {
   return other;
 }
 
-// The fine template decides; a coarse one without texture is left out of the way down.
+// The fine template is required; coarse levels without texture are skipped.
 bool SsdTracker::Cut(Templates& templates, const PatchWarp& warp) noexcept {
   for (std::size_t l = templates.size(); l-- > 1;) {
     const int level = static_cast<int>(l);

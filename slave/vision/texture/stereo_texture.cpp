@@ -39,7 +39,7 @@ StereoTexture::StereoTexture(const StereoRig& rig, const Eigen::Isometry3d& X_SL
                              const StereoTextureOptions& options)
     : rig_(rig), X_RL_(rig.X_RL), X_LR_(rig.X_RL.inverse()), X_SL_(X_SL), options_(options) {
   Check(options);
-  SsdTracker(cv::Mat::zeros(64, 64, CV_8UC1), {}, options.ssd);  // refuses what it does not accept
+  SsdTracker(cv::Mat::zeros(64, 64, CV_8UC1), {}, options.ssd);  // checks the options
 }
 
 StereoTexture::~StereoTexture() = default;
@@ -114,7 +114,7 @@ bool StereoTexture::Locate(std::size_t i) noexcept {
   const double sigma = std::max(options_.sigma, std::sqrt(variance));
   const auto met = Triangulate(rig_, l.warp.p, r.warp.p, sigma);
   if (!met || std::abs(met->miss_px) > options_.max_miss) {
-    right_->Lose(i);  // the templates are the left camera's: its window is the better known
+    right_->Lose(i);  // the templates are from the left camera, so its window is more reliable
     return false;
   }
   point.seen = true;

@@ -24,7 +24,7 @@ constexpr int kMaxTicks = 5000;        // [ticks]
 
 using Lie = std::function<void(SlaveState* state, int n)>;  // n: states since the beginning
 
-// What is wrong in a state: by how much is drawn, and in which of every 2 `period` states.
+// Draws a false value in a state: its size, and in which of every 2 `period` states it occurs.
 Lie DrawLie(Choices* choices) {
   const Eigen::Vector3d by = choices->Within(1);
   const double wild = choices->Wild();
@@ -52,7 +52,7 @@ Lie DrawLie(Choices* choices) {
   };
 }
 
-// As it would come through the wire; nothing where the wire refuses it.
+// Returns a patch as the link would deliver it; nullopt if the message conversion refuses it.
 std::optional<ReceivedPatch> DrawPatch(Choices* choices, std::uint32_t epoch) {
   ReceivedPatch drawn = WallPatch(choices->Among(std::array<double, 4>{60, 600, 2000, 1e6}), epoch,
                                   choices->Within(-0.008, 0.004));
@@ -178,7 +178,7 @@ class Sequence {
         is_broken_ = true;
     }
   }
-  // A hand has mass, and an end of its reach.
+  // Moves the simulated device, which has mass and a limited workspace.
   void Tick() {
     ++ticks_;
     DeviceReading& hand = puppet_.reading;
@@ -205,7 +205,7 @@ class Sequence {
   Choices choices_;
   Rig rig_;
   Puppet puppet_;
-  Eigen::Vector3d aim_{0, 0, 0};  // velocity that the hand seeks [m/s]
+  Eigen::Vector3d aim_{0, 0, 0};  // target velocity of the device [m/s]
   std::array<Lie, 4> lies_{[](SlaveState*, int) {}, [](SlaveState*, int) {},
                            [](SlaveState*, int) {}, [](SlaveState*, int) {}};
   PortEnergy port_{PortEnergy::LeftInContact::kReturned};

@@ -160,7 +160,7 @@ TEST(GapTest, AForceThatIsHeldIsPaidForToo) {
   EXPECT_GE(rig.loop.passivity().min_balance(), -kEnergyLimit);
 }
 
-// The same by chance: `tests/fuzz` looks for sequences that nobody draws.
+// Random sequences; `tests/fuzz` searches for further ones.
 TEST(HandSequence, NoOrderOfEventsExceedsTheLimits) {
   for (unsigned seed = 1; seed <= 100; ++seed) {
     const auto bytes = RandomBytes(seed, 300);

@@ -17,7 +17,7 @@ using enum OperatorState;
 
 constexpr double kSmooth = 0.2;  // [N/ms]
 
-// A hand 2 mm deep in a wall of 500 N/m: 1 N.
+// A device 2 mm deep in a wall of 500 N/m: 1 N.
 class OperatorRequestsTest : public testing::Test {
  protected:
   void SetUp() override {

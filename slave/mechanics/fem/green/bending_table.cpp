@@ -7,11 +7,12 @@
 namespace palpate {
 namespace {
 
-constexpr int kNumbers = 6;      // of an entry on disk
-constexpr double kSmall = 1e-9;  // displacement at which strains are judged, of the larger side
+constexpr int kNumbers = 6;  // of an entry on disk
+// Displacement at which strains are evaluated, relative to the larger side.
+constexpr double kSmall = 1e-9;
 
 StrainResolution ResolutionOf(const RestStiffness& stiffness) {
-  // Bending alone counts where the pressure is the elements' own.
+  // If the pressure is a separate unknown, only bending is evaluated.
   const bool pressure = stiffness.has_pressure();
   return {stiffness.elements, pressure ? HeldNodes{} : stiffness.held,
           pressure ? 0.0 : stiffness.poisson_ratio};
@@ -47,7 +48,7 @@ BendingTable::BendingTable(const RestStiffness& stiffness, const GreenGroups& la
                   UnevenNodes(stiffness));
   entries_.resize(stiffness.elements.surface.triangles.size());
   if (cache.empty()) return;
-  constexpr std::size_t kVersion = 1;  // of what is kept on disk
+  constexpr std::size_t kVersion = 1;  // version of the format on disk
   cache_ =
       ColumnCache(cache, Hash().Add(kVersion).Add(kGroup).Add(stiffness.inputs).Add(width).value());
   for (int g = 0; g < groups(); ++g) LoadGroup(g);

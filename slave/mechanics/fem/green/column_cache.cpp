@@ -78,7 +78,8 @@ void ColumnCache::Save(int number, std::span<const double> values) const {
     return std::fwrite(&header, sizeof header, 1, file) == 1 &&
            std::fwrite(values.data(), sizeof(double), values.size(), file) == values.size();
   };
-  static_cast<void>(TryReplace(FileOf(number), write, Links::kReplace));  // else computed again
+  // If it fails, the block is computed again.
+  static_cast<void>(TryReplace(FileOf(number), write, Links::kReplace));
 }
 
 void ColumnCache::Keep(int number, std::span<const double> values) const {

@@ -127,7 +127,7 @@ void FemGreenModel::ComputeDisplacements(std::vector<Eigen::Vector3d>* u_O) {
     return;
   }
   columns_.Solve(places, forces_O, u_O);
-  u_O->resize(surface_.nodes.size());  // without the middles of edges
+  u_O->resize(surface_.nodes.size());  // without mid-edge nodes
   for (auto& u : *u_O) u *= displacement_unit_;
 }
 

@@ -117,7 +117,7 @@ CacheFilling FillColumnCache(const RestStiffness& stiffness, double width,
   const ColumnCache kept = layout.Cache(cache);
   BendingTable bending(stiffness, layout, width, cache);
   CacheFilling filling;
-  std::vector<int> missing;  // those of the bending after those of columns
+  std::vector<int> missing;  // groups of the bending table follow those of columns
   std::vector<double> values;
   const auto all = Index(layout.groups() + bending.groups());
   for (std::size_t g = share.first; g < all; g += share.step) {

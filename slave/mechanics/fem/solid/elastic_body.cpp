@@ -108,7 +108,7 @@ struct ElasticBody::Local {
   const TetGeometry& geometry;
   double modulus = 1;
   Gradients<kNodes> u;
-  Vector4d p = Vector4d::Zero();  // by the modulus
+  Vector4d p = Vector4d::Zero();  // divided by the modulus
 };
 
 ElasticBody::ElasticBody(const TetMesh& mesh, const BlockLayout& layout, const MaterialLaw& law)
@@ -131,7 +131,7 @@ ElasticBody::Local<kNodes> ElasticBody::Gather(const VectorXd& x, int element) c
   return local;
 }
 
-// Energy of one element; its gradient, where requested, goes to one column, node by node.
+// Energy of one element; its gradient, if requested, is stored in one column, node by node.
 template <int kNodes>
 double ElasticBody::AddElement(const Local<kNodes>& local, ElementMatrix* gradient) const {
   const bool mixed = layout_.has_pressure();

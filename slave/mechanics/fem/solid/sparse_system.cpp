@@ -19,7 +19,8 @@ constexpr int kMaxIterations = 20'000;  // of conjugate gradients
 constexpr int kMaxRestarts = 4;
 constexpr double kGridsWorth = 10;            // iterations that a new preconditioner must save
 constexpr int kIterationsBeforeFactor = 200;  // iterations before a factor is tried instead
-constexpr double kFactorSpeed = 600;  // its operations in the time an iteration takes per block
+// Operations of a factorisation in the time of one iteration per block.
+constexpr double kFactorSpeed = 600;
 
 // Neighbours of every node, itself included, rising.
 std::vector<std::vector<int>> NeighboursOf(const TetMesh& mesh) {
@@ -141,7 +142,8 @@ struct SymmetricSolver::Iterative {
   fem::BlockMatrix matrix;
   fem::TwoGrid grids;
   fem::NodeVector free, x, r, z, d, Ad;
-  double young = 0, excess = 0;  // iterations: of the least ones per digit, beyond those since
+  // Smallest number of iterations per digit, and excess iterations since.
+  double young = 0, excess = 0;
 
   Iterative(const SparseMatrix& scalars, std::span<const Eigen::Vector3d> points)
       : pattern(PatternOf(scalars)), matrix(pattern), grids(points, pattern) {
@@ -208,7 +210,8 @@ struct SymmetricSolver::Iterative {
     return grids.Factor(matrix, free);
   }
 
-  // How much longer solutions take than the first one with these grids did, per digit.
+  // Accumulates how many more iterations per digit solutions take than the best one with these
+  // grids.
   void CountAge(double digits, long taken) {
     if (taken == 0 || digits <= 0) return;
     young = std::min(young, static_cast<double>(taken) / digits);

@@ -84,7 +84,8 @@ void Supports::Pin(Balance* balance) {
   pins_.clear();
   free_motions_ = Held(*balance).Free();
 
-  // One unknown after the other: the one that moves most under what is still free.
+  // Fixes one unknown after the other, each time the one that moves most under the remaining free
+  // motions.
   auto left = free_motions_;
   while (left.cols() > 0) {
     int pin = -1;

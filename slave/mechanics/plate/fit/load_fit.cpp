@@ -22,16 +22,18 @@ constexpr double kDifference = 1e-4;  // of the derivatives: radii, share of the
 constexpr double kConverged = 1e-3;   // step by its standard deviation
 constexpr double kSmallStep = 0.02;   // radii, share of the force: derivatives may stay
 constexpr double kDamping = 1e-3, kMaxDamping = 1e8;
-constexpr double kGoodFit = 3;        // residual that a start from the last answer must reach
-constexpr double kInwards = 0.6;      // of a second start
-constexpr double kSignificant = 25;   // misfit that the load must explain: five sigma squared
-constexpr double kTrusted = 0.7;      // a residual below it says that the sigmas are too large
-constexpr int kMinFreedom = 10;       // degrees of freedom from which on it does
-constexpr double kMinResidual = 0.1;  // by which sigmas may be too large
-constexpr double kBarely = 0.5;       // of kSignificant: by the small-deflection shape alone
+constexpr double kGoodFit = 3;       // residual that a start from the last answer must reach
+constexpr double kInwards = 0.6;     // of a second start
+constexpr double kSignificant = 25;  // misfit that the load must explain: five sigma squared
+constexpr double kTrusted = 0.7;     // a residual below it says that the sigmas are too large
+constexpr int kMinFreedom = 10;      // degrees of freedom from which on it does
+// Smallest residual relative to sigma, because sigmas may be too large.
+constexpr double kMinResidual = 0.1;
+// Relative to kSignificant: limit for a fit with the small-deflection shape only.
+constexpr double kBarely = 0.5;
 constexpr double kFaint = 4;          // times kSignificant: the place may be open
-constexpr double kFaintInside = 0.7;  // where such a load is taken to be [radii]
-constexpr double kVague = 0.25;       // standard deviation of a place not known [radii]
+constexpr double kFaintInside = 0.7;  // radius within which such a load is assumed [radii]
+constexpr double kVague = 0.25;       // standard deviation of an unknown position [radii]
 constexpr std::string_view kNothing = "no load exceeds the noise";
 constexpr int kFineSteps = 3;
 constexpr double kFineConverged = 0.05;  // step by its standard deviation
@@ -177,7 +179,7 @@ std::string_view LoadFitter::Read(std::span<const Vector2d> p_O,
   return {};
 }
 
-// The force is what holds the plate there at that deflection.
+// Computes the force that holds the plate at this position and deflection.
 bool LoadFitter::HoldAt(const plate::LoadSearch::Found& found, Guess* guess) noexcept {
   const Contact held = PlateSurface::ToolContact(
       Contact::Kind::kDisplacement, plate_.radius() * found.place, tool_, found.deflection);
@@ -233,8 +235,9 @@ bool LoadFitter::Linearise(const Guess& guess) noexcept {
   return true;
 }
 
-// A stretched plate is blunter than the shape that was searched with, so that a load may seem
-// nearer to the rim than it is: what is not explained from there is tried from further inside.
+// The shape of a stretched plate is blunter than the one in the search, so a load may seem nearer
+// to the rim than it is. If the fit from there is not sufficient, it is repeated from a position
+// further inside.
 bool LoadFitter::DescendTwice(Guess* guess, LoadFit* fit) noexcept {
   Guess inner{kInwards * guess->place, guess->force};
   LoadFit inner_fit;
@@ -249,11 +252,12 @@ bool LoadFitter::DescendTwice(Guess* guess, LoadFit* fit) noexcept {
   return found && Descend(guess, fit);
 }
 
-// The derivatives take three solutions of the plate, a step one: small steps share them.
+// The derivatives need three solutions of the plate, a step one, so small steps reuse the
+// derivatives.
 bool LoadFitter::Descend(Guess* guess, LoadFit* fit) noexcept {
   if (!Misfit(*guess, &misfit_)) return false;
   double damping = kDamping;
-  bool share = false, pressed = true;  // as the guess has it
+  bool share = false, pressed = true;  // state of the guess
   for (int iteration = 0; iteration < kIterations; ++iteration) {
     if (guess->force == 0) return false;
     if (!share) {
@@ -266,7 +270,7 @@ bool LoadFitter::Descend(Guess* guess, LoadFit* fit) noexcept {
     const Guess last = *guess;
     pressed = Step(normal, &damping, guess);
     if (!pressed) {
-      if (!share) break;  // at the bottom as far as rounding lets one see
+      if (!share) break;  // at the minimum within rounding
       share = false;
       damping = kDamping;
       continue;
@@ -301,16 +305,16 @@ bool LoadFitter::Step(const Eigen::Matrix3d& normal, double* damping, Guess* gue
   return false;
 }
 
-// Whether the plate as it is pressed at the guess needs more modes.
+// Returns whether the plate at the guess needs more modes.
 bool LoadFitter::AsksForMoreModes(const Guess& guess) noexcept {
   const double w = std::abs(plate_.Displacement(solution_, plate_.radius() * guess.place));
   return w > plate_.thickness() * plate::ResolvedDeflection(guess.place.norm());
 }
 
 // Uses the Gauss-Newton method with the derivatives of the coarse plate. They differ from those of
-// the fine plate by several percent, which each step leaves. If that fails, it uses the fine
-// plate's own derivatives. False: as it was, of the coarse plate; pressed_ shows whether that still
-// holds.
+// the fine plate by several percent, and so does the remaining error of each step. If this fails,
+// it uses the fine plate's derivatives. False: the guess is unchanged, of the coarse plate;
+// pressed_ states whether its solution is still present.
 bool LoadFitter::Refine(Guess* guess, LoadFit* fit) noexcept {
   const Eigen::Matrix3d normal = by_.transpose() * by_;
   const Eigen::LDLT<Eigen::Matrix3d> factor(normal);
@@ -326,7 +330,7 @@ bool LoadFitter::Refine(Guess* guess, LoadFit* fit) noexcept {
     pressed = step.allFinite() && Misfit(fine, &misfit_);
   }
   bool better = pressed && misfit_.squaredNorm() <= kAsWell * before + 1;
-  if (!better) {  // as near the centre, where the derivatives jump
+  if (!better) {  // happens near the centre, where the derivatives jump
     fine = *guess;
     better = Descend(&fine, fit);
   }
@@ -340,7 +344,7 @@ bool LoadFitter::Refine(Guess* guess, LoadFit* fit) noexcept {
   return better;
 }
 
-// Uses least squares in position and size of the load, linearised at the answer.
+// Uses least squares in position and magnitude of the load, linearised at the solution.
 LoadFitter::Sought LoadFitter::Seek(std::span<const double> change) noexcept {
   if (!last_ || static_cast<Index>(change.size()) != shape_.size()) return {};
   for (std::size_t i = 0; i < change.size(); ++i) {

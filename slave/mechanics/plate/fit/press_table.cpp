@@ -44,7 +44,7 @@ double PressTable::RimShare(double r) const noexcept {
   return inside * inside;
 }
 
-// Towards the rim the plate gives way less.
+// Returns the largest depth, which decreases towards the rim.
 double PressTable::Deepest(double r) const noexcept {
   return kDeepest * radius_ * (1 - r * r);
 }
