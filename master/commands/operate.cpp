@@ -32,7 +32,7 @@
 namespace palpate {
 namespace {
 
-constexpr int kPollMs = 100;  // between looks whether to end [ms]
+constexpr int kPollMs = 100;  // period at which the loop checks whether to end [ms]
 
 // Returns a line of the terminal, or its available part; empty: none within the poll time. nullopt:
 // the terminal was closed, after which it would always be readable.
@@ -71,7 +71,7 @@ constexpr auto kLastWords = std::chrono::milliseconds(50);  // time to send the 
 constexpr std::size_t kMaxResets = 4;                       // largest number of waiting resets
 constexpr auto kSignalPoll = std::chrono::milliseconds(10);
 
-// Gives up at a signal.
+// Connects to the slave; a signal cancels it.
 RemoteScene Connect(SlaveLink* link) {
   const std::jthread watch([link](const std::stop_token& done) {
     while (!done.stop_requested() && !g_stop) std::this_thread::sleep_for(kSignalPoll);
@@ -128,7 +128,7 @@ std::unique_ptr<Observer> OpenObserver(const Arguments& a, RenderMode render, Li
   return observer;
 }
 
-// Null: no --view.
+// Returns the station of the web page; null without --view.
 std::unique_ptr<LiveStation> OpenStation(const Arguments& a, const RemoteScene& scene,
                                          SlaveLink* link, Device* device,
                                          OperatorRequests* requests, ConnectRecorder* recorder,

@@ -98,7 +98,7 @@ struct Observer::Parts {
   PatchStats patches;                  // without the counts of the stream keeper
   std::map<Time, SampleTrace> traces;  // by the time of their samples
   SlaveHealth health;
-  PriorityInheritanceCondition wake;  // never notified: a wait that ends with a stop
+  PriorityInheritanceCondition wake;  // never notified; only for a wait that ends with a stop
 
   mutable PriorityInheritanceMutex streams_mutex;  // guards the users' needs and their streams
   std::array<ObservedViews, kUsers> needs;

@@ -103,7 +103,7 @@ void OperateSession::ReceiveFromStream(std::shared_ptr<v1::SlaveState> message) 
   if (message->has_datagrams()) OpenDatagrams(message->datagrams());
   message->clear_datagrams();
   if (exchange_.TakeFromStream(std::move(message), now)) {
-    heard_at_ = now;  // datagrams keep no stream alive
+    heard_at_ = now;  // only the stream counts, not datagrams
   }
 }
 

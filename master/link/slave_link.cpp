@@ -37,11 +37,13 @@ constexpr milliseconds kMaxDeadline(60000);
 constexpr milliseconds kNoRefusal(500);        // a port without a listener rejects faster
 constexpr milliseconds kFirstReckoned(10000);  // assumed round trip until one is known
 constexpr int kTripsBorne =
-    6;  // time limit of later calls relative to the first one, because an idle link starts slowly
+    // Time limit of later calls relative to the first one, because an idle link is slow at first.
+    6;
 constexpr int kTimesTheFirst = 4;  // time limit relative to the time of the first answer
 // Time for which a rejected state is reported, while others are accepted.
 constexpr milliseconds kReportedAfterwards(3000);
-constexpr milliseconds kGrace(300);  // for the slave to end the stream after our goodbye
+// Time for the slave to end the stream after the master has finished.
+constexpr milliseconds kGrace(300);
 
 constexpr const char* kNoDatagrams = "no datagrams come through: states and commands use TCP alone";
 
@@ -63,7 +65,7 @@ milliseconds PauseAfter(v1::ErrorReason reason, Backoff* backoff) {
   return reason == v1::ERROR_REASON_LEASE_LOST ? kLostLeaseRetry : backoff->Next();
 }
 
-// A slave answered and rejected the call.
+// Returns whether a slave answered and rejected the call.
 bool IsAnswer(const grpc::Status& status) {
   const auto code = status.error_code();
   return !status.ok() && code != grpc::StatusCode::UNAVAILABLE &&
@@ -95,7 +97,7 @@ struct SlaveLink::Parts {
   // Reads the settings. One call at a time. Rejects another scene than that of the first
   // connection, because the device was opened for that scene.
   grpc::Status ReadSettings();
-  // Keeps and hands on a state.
+  // Stores a state and passes it on.
   void Keep(const SlaveState& state, const StateRecord& record);
   // Reads settings or `known_stops` again, beside the stream, if `state` reports others.
   void Follow(const SlaveState& state);
@@ -109,7 +111,7 @@ struct SlaveLink::Parts {
   // Receives the states of a slave that does not serve this link, for `duration` (nullopt: no
   // limit), or until its settings change, the stream ends, or `stop`.
   void Observe(std::optional<milliseconds> duration, const std::stop_token& stop);
-  // Sleep; false: stopping.
+  // Sleeps; returns false if a stop was requested.
   bool Sleep(milliseconds duration) {
     return SleepUntil(std::chrono::steady_clock::now() + duration);
   }
@@ -131,9 +133,10 @@ struct SlaveLink::Parts {
   LatestValue<RemoteSettings>* settings = nullptr;
   std::atomic<std::uint32_t> read_revision{0};
   std::atomic<bool> rereads{false}, denied{false};
-  std::atomic<bool> stop_came{false};  // since the number of the newest stop was read
+  // Whether a stop was reported since the number of the newest stop was read.
+  std::atomic<bool> stop_came{false};
 
-  mutable PriorityInheritanceMutex mutex;  // guards what follows
+  mutable PriorityInheritanceMutex mutex;  // guards the members below
   PriorityInheritanceCondition changed;
   OperateSession* session = nullptr;
   bool stopping = false, was_connected = false;
@@ -142,7 +145,7 @@ struct SlaveLink::Parts {
   Clock::time_point refused_at{};
   std::string unread;  // why the settings cannot be read; empty: they can
 
-  mutable PriorityInheritanceMutex states_mutex;  // guards what follows
+  mutable PriorityInheritanceMutex states_mutex;  // guards the members below
   StateRecord newest;
   Events events;
 
@@ -187,7 +190,7 @@ grpc::Status SlaveLink::Parts::ReadSettings() {
                    MaxAge(scene.sensor_rate)});
     read_revision = scene.settings_revision;
     return status;
-  } catch (const std::exception& error) {  // numbers that cannot be
+  } catch (const std::exception& error) {  // invalid numbers
     return {grpc::StatusCode::INTERNAL, error.what()};
   }
 }

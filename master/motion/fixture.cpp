@@ -43,7 +43,7 @@ std::optional<Vector3d> ThreeNumbers(const std::string& text) {
   return numbers;
 }
 
-// `v`, shortened to at most `most`.
+// Returns `v`, shortened to at most `most`.
 Vector3d Within(const Vector3d& v, double most) {
   const double size = v.norm();
   return size <= most ? v : Vector3d(most / size * v);

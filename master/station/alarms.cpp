@@ -17,7 +17,7 @@ constexpr double kLate = 0.030;      // [s]
 constexpr double kLateShare = 0.01;  // [-]
 constexpr double kSlowLoop = 900;    // [Hz]
 constexpr double kNearLimit = 0.8;   // [-]
-constexpr double kLittleRoom = 200;  // about ten minutes of a recording [MB]
+constexpr double kLittleRoom = 200;  // free disk space for about ten minutes of a recording [MB]
 constexpr double kClocksApart = 60;  // [s]
 constexpr const char* kSameRelease =
     "Features that only one of them has are off. Install the same release at both ends.";

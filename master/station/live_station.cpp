@@ -47,7 +47,7 @@ struct PageViews {
   std::uint64_t image = 0, shape = 0;
 };
 
-// The slave's health as it was shown last.
+// The last shown health of the slave.
 struct ShownHealth {
   std::uint64_t version = 0;
   std::vector<std::string> alarms;
@@ -85,7 +85,7 @@ struct LiveStation::Parts {
 
   void Run(const std::stop_token& stop);
   void PutMoment();
-  // The trace of the newest tick whose sample's trace has come.
+  // Returns the trace of the newest tick whose sample trace has arrived.
   std::optional<HandTrace> TraceNow(const TickDigest::Moment& moment);
   // Time since the image is frozen [s]; 0: not frozen, or no image.
   double PutImage(const TickDigest::Moment& ticks);
@@ -93,7 +93,7 @@ struct LiveStation::Parts {
   void PutHealth();
   // Shows another scene that the slave uses after a set-up.
   void TakeScene(const RemoteScene& scene);
-  // When the slave sensed, on the session's clock [s].
+  // Returns the sample time on the session's clock [s].
   [[nodiscard]] double SinceBegin(const TickDigest::Moment& ticks, Time sensed_at) const;
 
   // Executes a command of a page. Returns the answer.
@@ -121,13 +121,13 @@ struct LiveStation::Parts {
   NoticeBoard board;
   TickDigest ticks;
   EventLog event_log;
-  mutable std::mutex mutex;  // guards these two
+  mutable std::mutex mutex;  // guards the next two members
   SessionStatus status;
   SlaveLink::Mapping waiting;
   // Used by the server's thread.
   PointerControlLock lead;
   std::set<std::uint64_t> field_pages;   // pages that show the field
-  std::atomic<bool> shows_field{false};  // one of them does
+  std::atomic<bool> shows_field{false};  // whether one of them shows it
   // Only the editor uses the members below.
   StationHello hello;
   PageViews page_views;

@@ -101,7 +101,8 @@ class Output {
 }  // namespace
 
 int RunWatch(const WatchOptions& options, const std::function<bool()>& stopped) {
-  constexpr double kPaused = 1;  // after which the server may have cut this program off [s]
+  // Pause after which the server may have disconnected this program [s].
+  constexpr double kPaused = 1;
   const NatsServer server = ParseNatsServer(options.url, options.insecure, options.tls);
   Fleet fleet;
   NewsBox box;

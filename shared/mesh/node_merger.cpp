@@ -38,7 +38,7 @@ NodeMerger::Cell NodeMerger::CellOf(const Eigen::Vector3d& p) const {
   return cell;
 }
 
-// Looks into the cells that the ball around `p` reaches.
+// Searches the cells that the tolerance ball around `p` intersects.
 int NodeMerger::Find(const Eigen::Vector3d& p) const {
   const Eigen::Vector3d reach = Eigen::Vector3d::Constant(tolerance_);
   const Cell low = CellOf(p - reach), high = CellOf(p + reach);

@@ -20,7 +20,7 @@ namespace {
 constexpr std::string_view kRoot = "palpate.";
 constexpr int kConnectMs = 1000, kConfirmMs = 400, kWriteMs = 500;
 constexpr std::chrono::milliseconds kRetry(200);
-constexpr int kPingMs = 2000, kPingsOut = 2;  // a server that says nothing for 4 s is given up
+constexpr int kPingMs = 2000, kPingsOut = 2;  // a server that is silent for 4 s is considered lost
 constexpr std::chrono::seconds kCloseWait(2);
 constexpr std::size_t kMaxReasonLength = 200;
 
@@ -120,7 +120,7 @@ struct NatsConnection::Parts {
     Owned<natsSubscription> subscription;  // of the present connection
   };
 
-  // Failing attempts with the same text are reported once.
+  // Reports a text. Failing attempts with the same text are reported once.
   void Tell(const std::string& text) {
     {
       const std::scoped_lock lock(mutex);
@@ -163,7 +163,7 @@ struct NatsConnection::Parts {
   std::condition_variable finished;
   std::size_t running = 0;  // connections and subscriptions that still wait for their last callback
   std::string last_news;    // the last reported text
-  std::deque<Reader> readers;  // stay where they are
+  std::deque<Reader> readers;  // elements of a deque keep their address
   Owned<natsConnection> connection;
 };
 
@@ -195,7 +195,7 @@ void NatsConnection::Parts::Open() {
   Tell("connected to the NATS server at " + ToString(endpoint));
 }
 
-// A connection that ends meanwhile subscribes to nothing; the next one will.
+// A connection that ends meanwhile has no subscription; the next one subscribes again.
 void NatsConnection::Parts::SubscribeAgain(Reader* reader) {
   natsSubscription* made = nullptr;
   const natsStatus status = natsConnection_Subscribe(&made, connection.get(),

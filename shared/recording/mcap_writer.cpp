@@ -232,7 +232,8 @@ std::string McapWriter::Statistics() const {
   return Record(McapRecord::kStatistics, content);
 }
 
-// Groups of equal records, where each group is, and where all of it begins.
+// Writes groups of records of the same type, the offset of each group, and the offset of the
+// summary.
 void McapWriter::WriteSummary() {
   std::string part, offsets;
   McapPacker(&part).AddRecord(McapRecord::kDataEnd, std::string(sizeof(std::uint32_t), '\0'));

@@ -81,7 +81,7 @@ void Recording::RunFirst(Beginning step) {
 std::uint16_t Recording::Open(std::string_view topic, const google::protobuf::Message& example) {
   const auto open = [topic = std::string(topic), schema = SchemaOf(*example.GetDescriptor())](
                         McapWriter* writer) { return writer->AddChannel(topic, schema); };
-  beginning_.push_back(open);  // so that it has the same number in each part
+  beginning_.push_back(open);  // so that the channel has the same number in each part
   return open(writer_.get());
 }
 
@@ -243,7 +243,7 @@ void Recording::Finish() {
   }
   thread_.request_stop();
   if (thread_.joinable()) thread_.join();
-  WriteBatch(&queue_, true);  // no other thread is left
+  WriteBatch(&queue_, true);  // no other thread is running
 }
 
 int Recording::part() const {

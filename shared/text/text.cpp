@@ -174,9 +174,10 @@ std::string ReadWholeFile(const std::filesystem::path& file, std::uintmax_t most
 
 namespace {
 
-constexpr mode_t kMode = 0666;  // less the umask, as of every program
+constexpr mode_t kMode = 0666;  // permissions before the umask is applied
 
-// A descriptor; -1: it cannot be written, or is a pipe without a reader, which is not waited for.
+// Returns a descriptor; -1 if the file cannot be written or is a pipe without a reader (does not
+// wait for one).
 int OpenToWrite(const std::filesystem::path& file, int flags) {
   const int opened = open(file.c_str(), O_WRONLY | O_NONBLOCK | O_CLOEXEC | flags, kMode);
   if (opened >= 0) fcntl(opened, F_SETFL, 0);
@@ -222,7 +223,7 @@ bool TryReplace(const std::filesystem::path& file, const FileWriter& write, Link
   const bool follows = links == Links::kFollow;
   const auto status = follows ? fs::status(file, ignored) : fs::symlink_status(file, ignored);
   const bool is_file = fs::is_regular_file(status);
-  // A device or a pipe, /dev/null say, must not become a file.
+  // A device or a pipe, such as /dev/null, must not be replaced by a file.
   if (follows && !is_file && fs::exists(status)) return Fill(OpenToWrite(file, O_TRUNC), write);
   const fs::path replaced = follows && is_file ? fs::canonical(file, ignored) : file;
   const mode_t mode = is_file ? static_cast<mode_t>(status.permissions()) & 0777U : kMode;

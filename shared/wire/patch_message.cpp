@@ -14,18 +14,18 @@ namespace {
 
 constexpr double kMaxCompliance = 1e6;  // [m/N]
 constexpr double kMaxRatio = 1e6, kMaxFriction = 1e3;
-constexpr double kMinLength = 1e-9;  // of a cell's side, of a depth [m]
+constexpr double kMinLength = 1e-9;  // smallest edge of a cell, and smallest depth [m]
 
 std::size_t At(int i) {
   return static_cast<std::size_t>(i);
 }
 
-// Numbers of the lower triangle of a symmetric matrix.
+// Returns the number of entries in the lower triangle of a symmetric matrix.
 constexpr int Triangle(int size) {
   return size * (size + 1) / 2;
 }
 
-// `get(row, column)` of every number that is sent, in order.
+// Calls `each` for every entry that is sent, in order.
 template <class Each>
 void ForEachEntry(int nodes, int directions, bool coupled, const Each& each) {
   const int block = coupled ? nodes * directions : directions;

@@ -92,8 +92,8 @@ void ReadFingers(const v1::SlaveState& message, FieldReader* reader, SlaveState*
   }
 }
 
-// The fields of an estimate, of a state and of a command: each with its value and the largest
-// accepted size. Parts with rules of their own follow below. Const states are written, others read.
+// Lists the fields of an estimate, a state and a command with value and largest accepted magnitude,
+// for writing (const states) and for reading. Parts with special rules follow below.
 template <class Estimate, class Fields>
 void VisitEstimate(Estimate& estimate, const Fields& field) {
   using M = v1::SlaveState;
@@ -141,7 +141,7 @@ void VisitCommand(Command& command, const Fields& field) {
   field(M::kTorqueFieldNumber, command.torque);
 }
 
-// The parts of an estimate with rules of their own. No NaN is sent: see the header.
+// Writes the parts of an estimate with special rules. NaN is not sent, see the header.
 void WriteParts(const ContactEstimate& estimate, v1::SlaveState* message) {
   const bool is_sendable = !estimate.force || estimate.force->allFinite();
   if (!is_sendable) {

@@ -202,7 +202,7 @@ void RequireSameNumbers(const ImageFiles& left, const ImageFiles& right) {
   }
 }
 
-// The images of videos in step, which are paired by their number.
+// Returns the images of two videos, paired by their number.
 std::unique_ptr<StereoSource> OpenVideos(const std::vector<Eye>& cameras, PairLayout layout,
                                          double rate) {
   std::vector<std::shared_ptr<VideoStream>> videos;

@@ -125,7 +125,7 @@ struct ImageInbox::State {
   const Wanted wanted;
   ImageQueue queue;
 
-  mutable PriorityInheritanceMutex mutex;  // guards what follows
+  mutable PriorityInheritanceMutex mutex;  // guards the members below
   SenderId sender = 0;
   SenderClock clock;
   std::optional<Time> heard_at, sensed_at;  // slave's clock; sender's

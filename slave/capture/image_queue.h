@@ -38,7 +38,7 @@ class ImageQueue {
  private:
   bool WaitLocked(std::unique_lock<PriorityInheritanceMutex>& lock, const std::stop_token& stop);
 
-  mutable PriorityInheritanceMutex mutex_;  // guards what follows
+  mutable PriorityInheritanceMutex mutex_;  // guards the members below
   PriorityInheritanceCondition changed_;
   std::deque<StereoPair> waiting_;
   bool closed_ = false;

@@ -15,7 +15,7 @@ namespace {
 constexpr double kMaxCounts = 1e9;  // no sensor sends more
 
 constexpr double kMaxPosition = 10;      // [m]; beyond, these are millimetres
-constexpr double kUnitTolerance = 0.01;  // of a quaternion's length
+constexpr double kUnitTolerance = 0.01;  // of a quaternion's norm
 
 constexpr std::array kPoseNames{"x", "y", "z", "qw", "qx", "qy", "qz"};
 using PoseColumns = std::array<std::size_t, kPoseNames.size()>;

@@ -29,7 +29,7 @@ namespace {
 // Time for a command to end by itself after a signal. Longer computations, for example of a large
 // model, do not poll for signals; they move nothing, and all written rows are flushed.
 constexpr std::chrono::seconds kTimeout(2);
-// For images that wait to be packed: 256 MB of them, where processors are busy.
+// Time to compress the waiting images of a recording: up to 256 MB on busy processors.
 constexpr std::chrono::seconds kRecordingTimeout(30);
 
 constexpr const char* kPattern = "%^%l%$ %v";

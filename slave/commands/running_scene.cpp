@@ -29,7 +29,7 @@ std::string BytesOf(const std::filesystem::path& file) {
   return std::move(bytes).str();
 }
 
-// Kind of this machine's processor, on which times depend.
+// Returns the processor model of this machine, on which times depend.
 std::string Processor() {
   std::ifstream info("/proc/cpuinfo");
   for (std::string line; std::getline(info, line);) {
@@ -110,7 +110,7 @@ Scene LoadRunningScene(const std::filesystem::path& file, const std::vector<std:
   Scene scene = LoadScene(file, overrides, use);
   LogRemarks(scene);
   if (scene.model.kind != "auto" || !study::CanStudy(scene) || !EstimatesForce(scene)) return scene;
-  // `solve` answers for the model as it is, a session as its sensing uses it.
+  // `solve` uses the model unchanged, a session as its sensing uses it.
   SenseOptions sense = scene.sense;
   if (use == SceneUse::kSolve) scene.sense = {};
   Decide(FileOf(scene, overrides, use), stop, &scene);

@@ -135,7 +135,8 @@ std::optional<ElementPlace> ObbTree::FirstEntry(const Eigen::Vector2d& from,
   const auto visit = [&](int index) {
     const Element& e = At(index);
     const double side_a = side(e.a), side_b = side(e.b);
-    if (!(side_a >= 0 && side_b < 0)) return;  // inwards is across the element from left to right
+    // Inwards means crossing the element from left to right.
+    if (!(side_a >= 0 && side_b < 0)) return;
     // The path goes through the node a: at a convex corner it enters only if it enters through both
     // elements there, else it only touches the corner.
     const Element& before = At(e.previous);
@@ -213,8 +214,8 @@ Eigen::Vector2d BoundaryContact::NormalTo(const Eigen::Vector2d& centre,
   return radius_ > 0 && is_outside ? way.normalized() : tree_.normal(at.element);
 }
 
-// Way of a round end along `path` until it touches, in parts of it: step by step as far as it
-// surely touches nothing. nullopt: it touches nothing.
+// Returns the fraction of `path` after which a round end touches; nullopt: it does not. It advances
+// by steps that are certainly free of contact.
 std::optional<double> BoundaryContact::WayToTouch(const Eigen::Vector2d& from,
                                                   const Eigen::Vector2d& path) const noexcept {
   double gone = 0;

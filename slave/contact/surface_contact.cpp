@@ -27,7 +27,8 @@ double AngleAt(const Vector3d& corner, const Vector3d& a, const Vector3d& b) {
   return std::atan2(u.cross(v).norm(), u.dot(v));
 }
 
-// The sub-triangles' areas by the sign of their normal along `normal`, over the whole.
+// Returns the barycentric weights: areas of the sub-triangles, with the sign of their normal along
+// `normal`, divided by the whole area.
 Vector3d SignedWeights(const Vector3d& p, const Corners& abc, const Vector3d& normal) noexcept {
   const Vector3d a = abc[0] - p, b = abc[1] - p, c = abc[2] - p;
   return Vector3d(normal.dot(b.cross(c)), normal.dot(c.cross(a)), normal.dot(a.cross(b))) /
@@ -82,10 +83,10 @@ TrianglePlace ClosestOnTriangle(const Vector3d& p, const Corners& abc,
   return face.distance_squared < best.distance_squared ? face : best;
 }
 
-// Boxes along the axes over the triangles. The side of a point follows from the normal of what it
-// is closest to: of a triangle, the sum of both of an edge, the sum of all round a node weighted
-// with their angles there (Baerentzen and Aanaes, IEEE Trans. Vis. Comput. Graph. 11 (2005)
-// 243-253).
+// Builds axis-aligned boxes over the triangles. The side of a point follows from the normal of the
+// nearest feature: that of a triangle, the sum of both normals at an edge, or the sum of all
+// normals around a node weighted with their angles (Baerentzen and Aanaes, IEEE Trans. Vis. Comput.
+// Graph. 11 (2005) 243-253).
 SurfaceContact::SurfaceContact(SurfaceMesh surface) : surface_(std::move(surface)) {
   CheckNodes();
   AddFaces();

@@ -184,7 +184,8 @@ void IdentifyLaws(const Requests& requests, const identify::Specimen& specimen, 
 // The scene's modulus, a number with a unit, and the one that was found are of one material.
 void CompareWithScene(const Scene& scene, const std::string& name, double found,
                       const char* units) {
-  constexpr double kTimes = 30;  // of another unit: from kPa to psi 7, from Pa to kPa 1000
+  // Smallest factor that indicates another unit: kPa and psi differ by 7, Pa and kPa by 1000.
+  constexpr double kTimes = 30;
   const double scenes = scene.object.material.young_modulus;
   if (found < kTimes * scenes && scenes < kTimes * found) return;
   throw InputError(

@@ -23,13 +23,13 @@ using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
-constexpr double kMinShare = 0.1;   // of the highest peak: a test's weight is bounded
-constexpr std::size_t kStarts = 4;  // of the grid's best that are refined
+constexpr double kMinShare = 0.1;   // of the highest peak; limits the weight of a test
+constexpr std::size_t kStarts = 4;  // number of best grid points that are refined
 constexpr int kMaxEvaluations = 200;
 constexpr double kWide = 1.96;  // sigmas of a 95 % interval
 // Effective number of rows per test, because neighbours on a curve are correlated.
 constexpr double kEffectiveRows = 40;
-constexpr Index kNeighbours = 10;  // of the rows of a test one tenth counts as neighbours,
+constexpr Index kNeighbours = 10;  // a tenth of a test's rows count as neighbours,
 constexpr double kFewRows = 1.33;  // factor on variances: (2.26 / 1.96)^2 (Kiefer, Vogelsang 2005)
 // Smallest error relative to the peak, because no data are more accurate.
 constexpr double kFloor = 1e-4;

@@ -23,7 +23,7 @@ using Eigen::Vector3d;
 using Eigen::VectorXd;
 
 constexpr double kLowestPoisson = 0.0, kHighestPoisson = 0.499;
-constexpr int kGolden = 22;            // steps of the search for nu: 3e-5
+constexpr int kGolden = 22;            // steps of the golden-section search for nu; accuracy 3e-5
 constexpr double kPoissonStep = 5e-3;  // for the curvature of the misfit
 
 // A press at a point has no limit under refinement: its modulus is that of the mesh.
@@ -45,8 +45,8 @@ struct Press {
   std::vector<SolveRow> rows;
 };
 
-// The rows that `solve` reads under this scene's tool, with the answers that were measured.
-// `width`: of rows without one [m]; 0: the tool's. `remark`: on their places.
+// Reads the rows as `solve` does with this scene's tool, and their measured responses. `width`: of
+// rows without one [m]; 0: the tool's. `remark`: a remark on their positions.
 std::vector<Press> ReadPresses(const std::filesystem::path& file, const Scene& scene, double width,
                                Contact::Kind given, std::string* remark) {
   RowRules rules = RulesOf(scene);
@@ -191,7 +191,7 @@ VectorXd FitUnderTension(Scene scene, const std::vector<Press>& presses, const V
       "smaller tension");
 }
 
-// The scene's modulus, until the modelled displacements are as large as the measured ones.
+// Scales the scene's modulus until the modelled displacements are as large as the measured ones.
 VectorXd ScaleToLoads(Scene scene, const std::vector<Press>& presses, const VectorXd& measured,
                       const std::filesystem::path& file, PressFit* fit, Progress* progress) {
   constexpr int kMaxSteps = 30;

@@ -21,13 +21,13 @@ using Eigen::VectorXd;
 
 constexpr double kPerDecade = 2;
 constexpr int kMaxSweeps = 20'000;
-constexpr double kSettled = 1e-10;    // of the largest modulus, in a sweep
+constexpr double kSettled = 1e-10;    // change in one sweep relative to the largest modulus
 constexpr double kNegligible = 1e-3;  // of the sum: such a term is left out
 constexpr double kWide = 1.96;        // sigmas of a 95 % interval
 // Shares of the record [-]: a ramp takes 1 % of its record for 1 % of its strain [derived: steady
 // rate].
 constexpr double kStill = 0.01, kHold = 0.03;
-constexpr double kReturn = 0.1;   // of the range: a strain that returns [-]
+constexpr double kReturn = 0.1;   // part of the range by which a strain must return [-]
 constexpr double kOtherRate = 2;  // ratio of rates that differ [-]
 
 // Returns two time constants per decade. The first is the usual step of the densest record, the
@@ -108,7 +108,7 @@ Regression Stack(const std::vector<RelaxationTable>& tables, const std::vector<d
   return all;
 }
 
-// Strain per second while it is strained: nine of ten steps are slower.
+// Returns the strain rate during straining: the 90th percentile of the steps.
 double RateOf(const RelaxationTable& table) {
   std::vector<double> rates;
   for (std::size_t i = 1; i < table.time.size(); ++i) {

@@ -49,10 +49,10 @@ bool IsRowOfUnits(const std::vector<std::string_view>& cells, std::size_t column
   return units > 0 && 2 * units >= words;
 }
 
-// Returns whether two columns of one name have the same numbers in SI, as one quantity in two units
-// has. Columns of specimens side by side differ.
+// Returns whether two columns with the same name have the same numbers in SI, that is, one quantity
+// in two units. Columns of different specimens differ.
 bool IsSame(const RawTable& table, std::size_t a, std::size_t b) {
-  constexpr double kRounding = 0.01;  // of the largest
+  constexpr double kRounding = 0.01;  // relative to the largest number
   const double of_a = table.columns[a].to_si.value_or(1), of_b = table.columns[b].to_si.value_or(1);
   double largest = 0, off = 0;
   for (const std::vector<double>& row : table.rows) {

@@ -13,7 +13,7 @@ constexpr double kRetreatTimes = 2, kRetreatLonger = 1;
 // At a guard motions within the distance that the arm travels in this time are tremor and no deeper
 // press [s].
 constexpr double kTremor = 0.02;
-constexpr double kFalls = 0.95;  // of the force at the guard: below, the guard ends
+constexpr double kFalls = 0.95;  // fraction of the force at the guard below which the guard ends
 // After the last motion of the tool, samples show its effect within this time; later ones are
 // waited for so long [s].
 constexpr double kSeenWithin = 0.3, kWaitedFor = 10;

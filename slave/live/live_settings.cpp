@@ -44,7 +44,7 @@ std::unique_ptr<PreparedModel> LiveSettings::Prepare(const Scene& changed,
   return prepared;
 }
 
-// Under *sense_mutex_ and mutex_.
+// Call with *sense_mutex_ and mutex_ locked.
 void LiveSettings::Adopt(const Scene& changed, std::unique_ptr<PreparedModel> prepared) {
   if (prepared) info_.model = prepared->info();
   sense_->Adopt(std::move(prepared), changed);

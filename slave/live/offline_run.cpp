@@ -171,7 +171,7 @@ class Run {
     if (options_.points) offline_report_->OpenPoints(options_.out / "points.csv");
   }
 
-  // False: no more samples.
+  // Returns false if there are no more samples.
   bool Step(const std::stop_token& stop) {
     capture_.BeginStep();
     if (simulation_) {

@@ -9,10 +9,11 @@
 namespace palpate {
 namespace {
 
-constexpr double kLeaves = 0.5;    // of a patch's reach, where another is made
-constexpr double kSigmas = 2;      // of a force, that say nothing
+constexpr double kLeaves = 0.5;    // fraction of a patch's reach at which another one is made
+constexpr double kSigmas = 2;      // sigmas of a force below which it gives no information
 constexpr double kChanged = 0.01;  // change of a law's ratios that is published
-constexpr double kAstray = 0.01;   // of a patch's depth, that a surface is from where it is shown
+// Error of the shown surface position, relative to the patch's depth.
+constexpr double kAstray = 0.01;
 
 double SecondsOf(Time t) {
   return SecondsBetween(Time{}, t);
@@ -110,7 +111,7 @@ void PatchPublisher::Compare(const ContactEstimate& estimate, SensingPipeline* s
   // A single force is uncertain; a curve learnt from many may differ by more from the published
   // one.
   const bool may_have_learnt = presses && !is_learnt_;
-  // Before the touch, too: where it begins depends on it.
+  // This also applies before contact, because the start of the contact depends on it.
   const Eigen::Vector3d astray = sense->motion().offset - shown_.ShiftAt(t, t);
   const bool moves = !is_learnt_ && astray.norm() > kAstray * shown_.patch().full_depth;
   if (!is_noticed && !lets_go && !may_have_learnt && !moves) return;

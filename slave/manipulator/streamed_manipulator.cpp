@@ -191,7 +191,7 @@ void StreamedManipulator::BeginWith(DriverId driver, const std::string& name) {
 
 void StreamedManipulator::Keep(const ArmReading& reading, Time measured_at) noexcept {
   const Kept* last = count_ > 0 ? &kept_[(count_ - 1) % kMaxKept] : nullptr;
-  // Times rise, even where the fastest report so far moves those after it back.
+  // Times must rise, even if a new fastest report changes the clock offset.
   const Time at = last ? std::max(measured_at, last->at + Clock::duration(1)) : measured_at;
   const double dt = last ? SecondsBetween(last->at, at) : 0;
   if (motion_ == ArmAim::Motion::kFollow) {

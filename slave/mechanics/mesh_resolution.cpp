@@ -26,8 +26,9 @@ constexpr double kNoRim = 1e-6;
 
 // Number of pieces, by PatchBasis, from which PatchStiffness is accurate within a tenth; and the
 // error with fewer pieces [-]. [measured: moved discs of 1 to 4 edges at 5 places on cubes of 4 to
-// 10 cells, against 16 cells of ten nodes; ten-node elements on a block of 60 x 60 x 30 mm, against
-// one graded to the disc: with up to 25 nodes they are up to 20 % too stiff, with more 7 %]
+// 10 cells, compared with 16 cells of ten-node elements; ten-node elements on a block of 60 x 60 x
+// 30 mm, compared with a mesh graded to the disc: with up to 25 nodes up to 20 % too stiff, with
+// more 7 %]
 constexpr std::array kReliable{6, 26, 3, 3};
 constexpr double kFewOff = 0.2;
 
@@ -36,10 +37,10 @@ constexpr double kFewOff = 0.2;
 constexpr std::array kRimEffect{-0.05, -0.25, 0.9, 0.3};
 
 constexpr double kMaxPoisson = 0.49;
-// Larger side by thickness above which a body bends [-]. [derived: 1.5 of a cube]
+// Ratio of larger side and thickness above which a body bends [-]. [derived: 1.5 of a cube]
 constexpr double kSlender = 2;
-// For bodies that are no straight bars: part of the true missing energy that the recovered strains
-// show, at least, where 5 % is missing [-]. [tuned:
+// For bodies other than straight bars: smallest fraction of the true missing energy that the
+// recovered strains show, if 5 % is missing [-]. [tuned:
 // StrainResolution.ABeamWithTooFewElementsIsExtrapolated]
 constexpr double kSeen4 = 0.9, kSeen10 = 0.35;
 
@@ -80,7 +81,8 @@ PALPATE_INLINE double Mean(const Double8& sum, const Double8& squares) {
   return (((x[0] + x[1]) + (x[2] + x[3])) + ((x[4] + x[5]) + (x[6] + x[7]))) / 20;
 }
 
-// Per element: twice the energies of its strain and of the means less that.
+// Computes for each element twice the energy of its strain, and of the difference of the mean
+// strains.
 PALPATE_DISPATCHED void FindEnergies(const Strains& strains, const Loose8* means, int count,
                                      std::array<double, 2>* energies) {
   for (int e = 0; e < count; ++e) {
@@ -312,9 +314,8 @@ StrainResolution::Strain StrainResolution::StrainOf(const Matrix3d& gradient) co
   return weighted;
 }
 
-// Green and Lagrange's, at the corners that differ. Gradients of the shapes there: of
-// l_a (2 l_a - 1) 3 g_a at its own corner and -g_a at others, of 4 l_i l_j 4 g_j at i and 4 g_i at
-// j.
+// Green-Lagrange strains at the corners. Gradients of the shape functions there: for l_a (2 l_a -
+// 1), 3 g_a at its own corner and -g_a at others; for 4 l_i l_j, 4 g_j at i and 4 g_i at j.
 void StrainResolution::FindStrains(const Element& element, std::span<const Vector3d> u,
                                    Strain* strains) const noexcept {
   const auto& g = element.geometry.grad;

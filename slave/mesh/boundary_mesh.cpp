@@ -1,4 +1,4 @@
-// The division of outlines into boundary elements.
+// Divides outlines into boundary elements.
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
@@ -49,7 +49,7 @@ std::vector<int> LargestRemainder(const std::vector<double>& quota, int count) {
   return shares;
 }
 
-// `count` elements over edges in proportion to their lengths, at least one each: edges too short
+// Distributes `count` elements over edges in proportion to their lengths. Edges that are too short
 // for one get one, and the others share the rest.
 std::vector<int> ShareByLength(const std::vector<double>& lengths, int count) {
   std::vector<int> shares(lengths.size(), 1);

@@ -23,7 +23,7 @@ constexpr double kEquilateral = 0.66;  // largest circumradius relative to the w
 // Segments shorter than this share of the shortest boundary segment are not refined, so that the
 // refinement ends in corners sharper than Ruppert's 60 degrees.
 constexpr double kFloor = 0.2;
-constexpr double kSliver = 1e-5;  // height by edge of a triangle that is none
+constexpr double kSliver = 1e-5;  // height relative to the edge of a degenerate triangle
 
 // Centre of the circle through three points.
 Point Circumcentre(const Point& a, const Point& b, const Point& c) {
@@ -117,7 +117,7 @@ class Refinement {
     }
     return any;
   }
-  // `before`: points of which the triangle is one of Delaunay's.
+  // `before`: number of points for which the triangle is a Delaunay triangle.
   void Improve(const std::array<int, 3>& v, std::size_t before) {
     const Point &a = At(v[0]), &b = At(v[1]), &c = At(v[2]);
     const Point centre = Circumcentre(a, b, c);
@@ -171,7 +171,7 @@ TriangleMesh Refinement::Collect(const std::vector<std::array<int, 3>>& triangle
   return mesh;
 }
 
-// Area that the segments surround; their direction is the caller's, so only its size counts.
+// Returns the area inside the segments, positive for any orientation.
 double SurroundedArea(const std::vector<Point>& points, const std::vector<MeshSegment>& segments) {
   double twice = 0;
   for (const MeshSegment& s : segments) {

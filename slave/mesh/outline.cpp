@@ -13,7 +13,7 @@ namespace {
 
 using Loop = std::vector<Eigen::Vector2d>;
 constexpr double kSamePoint = 1e-12;  // of the bounding box's larger side
-constexpr double kNoArea = 1e-12;     // of its square
+constexpr double kNoArea = 1e-12;     // smallest area relative to the square of the larger side
 
 std::string NameOf(std::size_t loop) {
   return loop == 0 ? "outer loop" : "hole " + std::to_string(loop - 1);
@@ -36,7 +36,7 @@ bool BoxesOverlap(const Eigen::Vector2d& a, const Eigen::Vector2d& b, const Eige
          (c.cwiseMin(d).array() <= a.cwiseMax(b).array()).all();
 }
 
-// The closed segments a-b and c-d share a point.
+// Returns whether the closed segments a-b and c-d share a point.
 bool SegmentsIntersect(const Eigen::Vector2d& a, const Eigen::Vector2d& b, const Eigen::Vector2d& c,
                        const Eigen::Vector2d& d) {
   return BoxesOverlap(a, b, c, d) && SideOf(a, b, c) * SideOf(a, b, d) <= 0 &&

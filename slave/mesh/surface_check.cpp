@@ -1,4 +1,4 @@
-// CheckMesh of surfaces.
+// Implements CheckMesh for surfaces.
 #include <algorithm>
 #include <array>
 #include <cstddef>
@@ -146,7 +146,7 @@ void Turn(SurfaceMesh* mesh, int triangle) {
   std::swap(t[1], t[2]);
 }
 
-// Outward, cavities towards their inside.
+// Orients the triangles outwards; those of a cavity point into it.
 void Orient(const EdgeMap& edges, SurfaceMesh* mesh, const MeshNumbers& numbers,
             MeshReport* report) {
   std::vector<bool> turned;

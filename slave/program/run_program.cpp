@@ -26,7 +26,7 @@ namespace {
 constexpr std::size_t kMaxOutput = 4000;
 constexpr std::chrono::milliseconds kLook{5};
 
-// Settings of posix_spawn: folder, input, output, signals as a program expects them.
+// Settings of posix_spawn: folder, input, output, and default signals.
 class SpawnSettings {
  public:
   SpawnSettings(const std::filesystem::path& folder, int output) {

@@ -58,7 +58,7 @@ std::string Quote(const DocumentNode& node) {
   return text + (is_map ? '}' : ']');
 }
 
-// At most `most` bytes of whole characters, and dots.
+// Returns at most `most` bytes of whole characters, followed by dots if shortened.
 std::string Shortened(std::string_view text, std::size_t most = kMaxQuoteLength) {
   constexpr int kKindOfByte = 0xc0, kInsideCharacter = 0x80;
   while (most > 0 && most < text.size() && (text[most] & kKindOfByte) == kInsideCharacter) --most;
@@ -76,7 +76,7 @@ class Copier {
   Copier(Mistakes* mistakes, bool is_override, std::string path = {})
       : mistakes_(mistakes), is_override_(is_override), path_(std::move(path)) {}
 
-  // Throws std::length_error: too deep, too many or too long.
+  // Throws std::length_error if the tree is too deep or has too many or too long values.
   DocumentNode Copy(const YAML::Node& from, int depth = 0) {
     if (depth > kDeepest || ++values_ > kMaxValues) RefuseSize();
     DocumentNode node;
@@ -322,7 +322,8 @@ DocumentNode Parse(const std::string& text, Mistakes* mistakes) {
   return root;
 }
 
-// The child of a list or map that a segment of a key path names, made if a map lacks it.
+// Returns the child of a list or map for a segment of a key path; creates it in a map if it is
+// missing.
 DocumentNode* Descend(DocumentNode* node, const std::string& segment) {
   if (node->kind == Kind::kNothing) node->kind = Kind::kMap;
   if (node->kind == Kind::kScalar) return nullptr;

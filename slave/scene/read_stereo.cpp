@@ -10,7 +10,8 @@ namespace {
 
 constexpr double kDistance = 0.25;  // of a simulated pair from the object [m]: paper C, 5.1
 
-// The left one of two cameras inside, side by side along x of O, that look at O's origin.
+// Returns the pose of the left one of two cameras that are side by side along x of O and look at
+// O's origin.
 Eigen::Isometry3d LeftOfPair(const Eigen::Isometry3d& X_SO, double baseline) {
   const double vergence = std::atan2(0.5 * baseline, kDistance);
   return X_SO * Eigen::Translation3d(-0.5 * baseline, 0, -kDistance) *
@@ -76,8 +77,8 @@ std::string ReadDepthPipeline(Section& section) {
   return pipeline;
 }
 
-// One of `device`, `file` and `url` below `section`, of depth `url`; refused where none or several
-// are given.
+// One of `device`, `file` and `url` below `section`, for depth images only `url`; refused if none
+// or several are given.
 Eye ReadCameraSource(Section& section, const SceneContext& context, bool is_depth) {
   constexpr std::array kKeys{"device", "file", "url"};
   const auto has = [&](const char* key) { return section.Has(key); };

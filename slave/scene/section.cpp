@@ -29,7 +29,7 @@ std::size_t EditDistance(std::string_view a, std::string_view b) {
 }
 
 std::string NearestOf(const std::vector<std::string>& known, std::string_view key) {
-  constexpr std::size_t kMaxWordLength = 64;  // longer words are no misspelt keys
+  constexpr std::size_t kMaxWordLength = 64;  // longer words are not compared with keys
   if (known.empty()) return "nothing here";
   std::string all;
   for (const auto& word : known) all.append(all.empty() ? "" : ", ").append(word);

@@ -11,8 +11,9 @@
 namespace palpate {
 namespace {
 
-constexpr std::chrono::milliseconds kPollPeriod(50);  // of a wait, until a look whether to end
-constexpr int kQuality = 80;                          // of images, the default of WatchImages
+// Period at which a wait checks whether to end.
+constexpr std::chrono::milliseconds kPollPeriod(50);
+constexpr int kQuality = 80;  // of images, the default of WatchImages
 
 }  // namespace
 

@@ -86,7 +86,7 @@ void TeleoperationService::RequireOperator(const grpc::CallbackServerContext& co
 grpc::ServerUnaryReactor* TeleoperationService::Reset(grpc::CallbackServerContext* context,
                                                       const v1::ResetRequest* request,
                                                       v1::Status* reply) {
-  // Whoever has no certificate has no role either, and may all that any role may.
+  // Without certificates there are no roles, and every client may do everything.
   const bool is_operator = IdentityOf(*context->auth_context()).role == "operator";
   return AnswerApart(context, [this, is_operator, context, request, reply] {
     RequireOperator(*context);

@@ -83,7 +83,7 @@ std::vector<std::string> RemarksOnObject(const Scene& scene) {
   AddMaterial(scene, &remarks);
   Vector3d size = Vector3d::Zero();
   if (const auto* mesh = std::get_if<MeshFileGeometry>(&geometry)) {
-    size = AddMesh(*mesh, &remarks);  // which has a remark on its size
+    size = AddMesh(*mesh, &remarks);  // AddMesh has added the remark on its size
   } else {
     size = SizeOf(geometry);
     AddSize(size, &remarks);

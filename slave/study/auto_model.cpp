@@ -16,7 +16,8 @@
 namespace palpate::study {
 namespace {
 
-// Returns why the scene cannot run on it, whatever its figures; empty: it can.
+// Returns why the scene cannot run with this row's model, independent of error and rate; empty: it
+// can.
 std::string Unfit(const Scene& scene, const StudyRow& row) {
   const ModelKind* kind = FindModelKind(row.kind);
   if (kind == nullptr || kind->object != ObjectClass::kVolume) return {};
@@ -97,7 +98,7 @@ bool IsQuicklyGraded(const Scene& scene) {
 void KeepToFewRadii(const Geometry& geometry, std::vector<Eigen::Vector3d>* places) {
   const auto* membrane = std::get_if<MembraneGeometry>(&geometry);
   if (membrane == nullptr) return;
-  constexpr double kRaster = 2.0 / 13;  // between them, of the membrane's radius
+  constexpr double kRaster = 2.0 / 13;  // distance between radii, relative to the membrane's radius
   const double raster = kRaster * membrane->radius;
   for (Eigen::Vector3d& p_O : *places) {
     const double radius = p_O.norm();
@@ -170,7 +171,7 @@ StudySettings QuickSettings(const Scene& scene, double budget_s) {
 
 std::optional<Scene> DecideQuickly(const Scene& scene, const ModelFactory& factory, double budget_s,
                                    const std::stop_token& stop, Progress* progress) {
-  Scene weightless = scene;  // a press adds the same force to whatever weight there is
+  Scene weightless = scene;  // the force of a press does not depend on the weight
   weightless.model.fem.gravity_O.setZero();
   const StudySettings settings = QuickSettings(scene, budget_s);
   return DecidedBy(RunStudy(weightless, settings, factory, stop, {{}, progress}), scene);

@@ -16,7 +16,7 @@ namespace palpate::study {
 namespace {
 
 // Rough estimates of times [s]; a study corrects them by measured ones. Dense: LU and inverse.
-// Sparse: solves of three-dimensional meshes, those of the precompute and of all presses.
+// Sparse: solutions on three-dimensional meshes for the precomputation and for all presses.
 // [measured: boxes of 100 to 32,000 degrees of freedom, 29 presses each]
 double DenseSeconds(std::size_t dof) {
   const double n = static_cast<double>(dof);
@@ -132,7 +132,7 @@ Candidate StartMembrane(const Scene& scene, const ModelKind& kind) {
 
 // The resolution of modes is about the radius divided by their number.
 void AddModes(const Scene& scene, const ModelKind& kind, std::vector<Candidate>* candidates) {
-  constexpr int kOwnChoice = 12;  // of the model
+  constexpr int kOwnChoice = 12;  // number of modes that the model chooses
   const int own = scene.model.modes > 0 ? scene.model.modes : kOwnChoice;
   const double radius = std::get<MembraneGeometry>(scene.object.geometry).radius;
   for (const int modes : std::set<int>{own, 6, 8, 12, 16, 20}) {

@@ -56,7 +56,7 @@ Press OnMembrane(const Vector3d& p_O) {
   return {p_O, -Vector3d::UnitZ(), Vector3d::UnitX()};
 }
 
-// At the centre where home is not over the membrane.
+// Returns the press below home, or at the centre if home is not above the membrane.
 Press UnderHome(const Scene& scene, double radius) {
   const Vector3d home_O = scene.object.X_SO.inverse() * scene.manipulator.home;
   const bool over = home_O.head<2>().norm() < radius;
@@ -158,7 +158,7 @@ class Cut {
   [[nodiscard]] const Matrix3d& moment() const { return moment_; }
 
  private:
-  // `piece`: its corners' coordinates as columns.
+  // `piece`: the coordinates of its corners as columns.
   void Add(const Matrix3d& piece, double area, int depth) {
     const Vector3d middle = piece.rowwise().mean();
     double reach = 0;

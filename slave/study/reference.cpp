@@ -44,7 +44,8 @@ double Stiffness(const Scene& scene, const Press& press, double width,
   return unit * way.dot(bonded.stiffness * way);
 }
 
-// Under a round tool: at this displacement, since its contact grows with it.
+// Returns the force under a round tool at this displacement, because its contact grows with the
+// depth.
 double RoundForce(const Scene& scene, const Press& press, double depth) {
   const simulation::TrueBody body(scene);
   const auto solution =
@@ -55,8 +56,9 @@ double RoundForce(const Scene& scene, const Press& press, double depth) {
          way.dot(simulation::Touched(*solution.round, depth * way, 0).total());
 }
 
-constexpr double kGood = 0.05;   // an independent answer's own bar, relative
-constexpr double kRound = 1e-3;  // of a round tool's true contact (round_touch_test), relative
+constexpr double kGood = 0.05;  // largest relative uncertainty of an independent answer
+// Relative uncertainty of a round tool's reference contact (round_touch_test).
+constexpr double kRound = 1e-3;
 // Relative uncertainty of the error of a plate's law, see plate_law.h.
 constexpr double kOfLaw = 0.3;
 // Relative uncertainty of a nonlinearity that is known from one mesh only.
@@ -107,7 +109,7 @@ double SlopeOf(const std::vector<const StudyRow*>& members, std::size_t press) {
   return 0;
 }
 
-// `loaded`: every mesh saw the same load, so nothing is left to correct.
+// `loaded`: every mesh got the same load, so that no correction is needed.
 std::optional<Limit> LimitOf(const std::vector<const StudyRow*>& members, std::size_t press,
                              bool loaded) {
   const StudyRow& finest = *members.front();
@@ -133,7 +135,8 @@ std::optional<Limit> LimitOf(const std::vector<const StudyRow*>& members, std::s
                std::abs(limit.limit.value - nearest)};
 }
 
-// The nearest thing to a second opinion: of another kind if there is one, of small bar.
+// Returns the best independent limit for comparison: of another formulation if there is one, with a
+// small uncertainty.
 const Limit* SecondOpinion(const std::vector<Limit>& limits, const Limit& best) {
   const Limit* second = nullptr;
   const auto rank = [&](const Limit& l) {
@@ -146,8 +149,9 @@ const Limit* SecondOpinion(const std::vector<Limit>& limits, const Limit& best) 
   return second;
 }
 
-// Force by depth of finite elements graded for the press, as fine as a study has time for; of many
-// presses rough, and finer for a check. A box is `WithFewCells`.
+// Returns the force per depth from finite elements graded for the press, as fine as the study's
+// time permits; for many presses coarse, and finer for a check. A box is prepared by
+// `WithFewCells`.
 std::optional<double> Graded(const Scene& scene, const Press& press, const PressSpec& question,
                              bool many, bool check) {
   const double width = question.width;
@@ -158,7 +162,8 @@ std::optional<double> Graded(const Scene& scene, const Press& press, const Press
   if (IsVolume(scene.object.geometry)) {
     constexpr double kRoughGrowth = 3;
     if (IsTouchedRound(scene)) {
-      // 0.5 % above bricks with four edges across, 0.2 % with six in four times the time.
+      // Compared with hexahedra: 0.5 % too high with four edges across the tool, 0.2 % with six in
+      // four times the time.
       const auto force =
           VolumeRoundForce(scene, press, question.depth, check ? 3 : 4, check ? 2 : 1.5);
       return force ? std::optional(*force / question.depth) : std::nullopt;
@@ -194,15 +199,15 @@ Scene WithFewCells(Scene scene, double width) {
   return scene;
 }
 
-// Returns the error of von Karman's law for a membrane that is a solid. No family of plates shows
-// it.
+// Returns the error of von Karman's law relative to a solid membrane, which the limits of plate
+// models do not show.
 double ExcessOfLaw(const MembraneGeometry& membrane, const Press& press, double depth) {
   return plate::ExcessAtDepth({press.p_O.head<2>().norm() / membrane.radius,
                                depth / membrane.radius, membrane.thickness / membrane.radius});
 }
 
-// Ratio of the finer answers to the rough ones: its mean over the presses that were checked, and
-// how far a single one is from it.
+// Ratio of the finer to the coarse answers: mean over the checked presses, and spread of single
+// ones.
 Estimate Finer(const std::vector<double>& ratios) {
   const auto count = static_cast<double>(ratios.size());
   double mean = 0, scatter = 0;
@@ -238,7 +243,8 @@ Estimate Stiffening(const std::vector<const StudyRow*>& members, std::size_t pre
   return {ratios.back().value, kOneMesh * std::abs(ratios.back().value - 1)};
 }
 
-// Any row's d ln force / d ln width, for rows too coarse to determine it; the largest.
+// Returns the largest d ln force / d ln width of all rows, for rows that are too coarse to
+// determine it.
 double LargestSlope(const std::vector<StudyRow>& rows, std::size_t press) {
   double slope = 0;
   for (const StudyRow& row : rows) {
@@ -301,7 +307,8 @@ void EvaluatePress(const Reference& reference, const PressAnswers& answers, doub
 std::size_t BeyondBound(std::size_t count) {
   constexpr double kBeyond = 0.1, kRisk = 0.05;
   const auto n = static_cast<double>(count);
-  double chance = std::pow(1 - kBeyond, n), risk = chance;  // of `rank` places beyond or fewer
+  // Probability of `rank` or fewer places beyond.
+  double chance = std::pow(1 - kBeyond, n), risk = chance;
   std::size_t rank = 0;
   for (; rank < count; ++rank) {
     const auto k = static_cast<double>(rank);
@@ -316,7 +323,8 @@ std::optional<double> PlanarStiffness(const Scene& scene, const Press& press, do
                                       PlanarMesh fineness) {
   if (!IsPlanar(scene.object.geometry)) return std::nullopt;
   constexpr std::array kMeshes{kRough, kMedium, kFine};
-  if (IsTouchedRound(scene)) return std::nullopt;  // no stiffness: its contact grows
+  // There is no stiffness, because the contact grows.
+  if (IsTouchedRound(scene)) return std::nullopt;
   try {
     const double found =
         Stiffness(scene, press, width, kMeshes[static_cast<std::size_t>(fineness)]);
@@ -336,7 +344,7 @@ ReferenceFinder::ReferenceFinder(const Scene& scene, const PressSpec& question)
     AddRound(scene);
     return;
   }
-  constexpr std::size_t kChecked = 3;  // of many presses
+  constexpr std::size_t kChecked = 3;  // number of checked presses if there are many
   const std::size_t count = question.presses.size();
   const bool many = count >= kMany;
   const Scene few = WithFewCells(scene, question.width);

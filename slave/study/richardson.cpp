@@ -14,7 +14,7 @@ constexpr double kMinBar = 0.1, kBarOfThree = 1.0 / 3;
 
 using Triple = std::array<MeshAnswer, 3>;  // finest first
 
-// From answers sorted by size: the first and two coarser ones.
+// Selects from answers sorted by size the first and two coarser ones.
 std::optional<Triple> TripleFrom(const std::vector<MeshAnswer>& sorted, std::size_t first) {
   Triple triple;
   if (first >= sorted.size()) return std::nullopt;
@@ -63,7 +63,7 @@ double Spread(const Triple& t) {
   return high - low;
 }
 
-// Sorted by size, one answer for each.
+// Sorts by size and keeps one answer per size.
 void Sort(std::vector<MeshAnswer>* answers) {
   std::ranges::stable_sort(*answers, {}, &MeshAnswer::size);
   std::vector<MeshAnswer> unique;

@@ -93,8 +93,8 @@ std::string Conflict(double tolerance, double rate, const Eligible& any,
          in_time->name() + Formatted(" with up to %.2g %%", 100 * ErrorOrBound(*in_time));
 }
 
-// Returns whether the model is within its range at the study's contacts: 0 at all, 1 at nine of
-// ten, 2 at fewer.
+// Returns a rank for the model's range at the study's contacts: 0: within at all, 1: at nine of
+// ten, 2: at fewer.
 std::size_t RangeOf(const StudyRow& row) {
   return row.beyond == 0 ? 0 : row.beyond <= row.answers.size() / 10 ? 1 : 2;
 }
@@ -135,7 +135,7 @@ class Allowance final : public Progress {
   const StudySettings& settings_;
   const ModelFactory& factory_;
   double deadline_;
-  double left_;  // of a counted budget [s]
+  double left_;  // remaining time of a counted budget [s]
   const std::stop_token& stop_;
   std::string name_;
   Progress* outer_;
@@ -179,7 +179,8 @@ class Study {
       result_.rows.push_back(Skipped(c, why));
       result_.rows.back().expected_s = ExpectedSeconds(c);
     }
-    // Limits under refinement must not depend on which candidate was the quicker one.
+    // Sorts by number, because limits under refinement must not depend on which candidate was
+    // faster.
     std::ranges::sort(result_.rows, {}, &StudyRow::number);
     EvaluateErrors();
     if (watcher_.on_row) watcher_.on_row(result_);
@@ -201,7 +202,7 @@ class Study {
 
   void TryOne(const Candidate& candidate, double expected) {
     ReportShare();
-    // A short computation needs no progress bar of its own.
+    // A short computation needs no separate progress bar.
     Progress* const shown = expected > kWorthABar ? watcher_.progress : nullptr;
     const double left = settings_.counted ? settings_.budget_s - counted_ : kNever;
     Allowance allowance(settings_, factory_, deadline_, left, stop_, candidate.name(), shown);
@@ -216,7 +217,7 @@ class Study {
     result_.rows.push_back(std::move(row));
   }
 
-  // The share of the models or of the time, whichever is larger.
+  // Reports the fraction of the models or of the time, whichever is larger.
   void ReportShare() {
     if (!watcher_.progress) return;
     const auto tried = static_cast<double>(result_.rows.size());
@@ -244,7 +245,8 @@ class Study {
   StudyResult result_;
   std::optional<ReferenceFinder> finder_;  // empty: errors are not evaluated
   std::vector<Candidate> waiting_;
-  std::map<std::string, double> slower_by_;  // measured over expected, of each family's last row
+  // Ratio of measured to expected time for each family's last row.
+  std::map<std::string, double> slower_by_;
 };
 
 }  // namespace

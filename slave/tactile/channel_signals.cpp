@@ -8,8 +8,8 @@
 namespace palpate {
 namespace {
 
-constexpr double kBack = 0.3;  // part of a jump that may be left when the channel is back
-// Contacts move a channel to one side if its range there is so many times the other.
+constexpr double kBack = 0.3;  // remaining part of a jump at which the channel counts as recovered
+// Ratio of a channel's ranges on both sides above which contacts move it to one side only.
 constexpr double kOneSided = 3;
 
 }  // namespace

@@ -18,7 +18,7 @@ constexpr double kConstantSamples = 20;
 // Largest force of a baseline: relative to that of the training's baselines, plus a number of
 // sigmas [-].
 constexpr double kSameRest = 2, kBaselineSigmas = 3;
-// Samples that may be missing, unflagged. [-] [tuned: AFewMissingSamplesAreMadeUpFor]
+// Largest number of missing samples without a flag. [-] [tuned: AFewMissingSamplesAreMadeUpFor]
 constexpr int kBelieved = 2;
 // Times of a release and of missing samples [s]. [tuned: APressDeeperThanAFingertipKeepsItsShape,
 // ASilentFingertipIsStaleThenLostAndItsWindowStartsAgain]
@@ -38,7 +38,7 @@ int Samples(double seconds, double rate) {
   return static_cast<int>(std::clamp(std::round(seconds * rate), 1.0, 1e6));
 }
 
-// 0: channels may stay the same.
+// Returns how long channels may be constant [samples]; 0: no limit.
 int MaxConstantSamples(const NetworkInfo& network, double rate) {
   return network.longest_constant > 0 ? std::max(2, Samples(network.longest_constant, rate)) : 0;
 }
@@ -167,7 +167,7 @@ void Fingertip::EstimateForce(const TactileSignals& change, bool is_full) noexce
   if (touch_.force_F && !PressureRises()) Widen(touch_.force_F->norm() / 2);
 }
 
-// Known before the force.
+// Returns whether the pressure rises; it can be called before the force is known.
 bool Fingertip::PressureRises() const noexcept {
   const double noise = std::max(1.0, model_->noise().relative());
   return pressure_ > kRises * noise + kRestSigmas * std::sqrt(baseline_.pressure_variance());
@@ -183,7 +183,7 @@ TouchPlace Fingertip::PlaceOf(const TactileSignals& change,
   return place;
 }
 
-// Signals to use; `reading` gets the expected values of replaced electrodes.
+// Returns the corrected signals. `reading` gets the expected values of replaced electrodes.
 TactileSignals Fingertip::Correct(const TactileSignals& change, FingerReading* reading) noexcept {
   if (!model_) return change;
   Stopwatch lap;

@@ -19,7 +19,8 @@ constexpr double kOutlier = 5.5;
 // Limit for an electrode whose reading is constant. [-] [tuned:
 // AConstantElectrodeNeedsLessToBeWrong]
 constexpr double kStillOutlier = 1.3;
-constexpr double kTypicalSize = 60;  // of signals in contact, for the choice of a kind [counts]
+// Typical signals in contact, for the choice between kinds of contacts [counts].
+constexpr double kTypicalSize = 60;
 // Smallest contact size, so that gentle contacts differ from noise [counts].
 constexpr double kMinSize = 10;
 // Multiple of the usual variance below which nothing is removed. [-] [tuned:

@@ -10,7 +10,7 @@ namespace {
 
 // Error of networks of electrodes that do not state it: paper B, table I, rnn_21 [N].
 const Eigen::Vector3d kPaperSigma{0.01807, 0.03107, 0.05171};
-constexpr double kLag = 3;           // samples that a recurrent network's answer is late, about
+constexpr double kLag = 3;           // typical delay of a recurrent network's answer [samples]
 constexpr double kPromptLag = 0.25;  // assumed lag of other networks [s]
 constexpr double kLeap = 0.5;        // share of a sudden change that may be an error
 

@@ -21,11 +21,12 @@ constexpr double kMaxRotation = 0.17;  // [rad]
 // Adjacent points share edge pixels, the second next do not. With fewer points than this adjacent
 // points are independent [-]. [tuned: SigmaIsByHowMuchTheEdgeIsElsewhere]
 constexpr std::size_t kCloseTogether = 64;
-constexpr std::size_t kMaxApart = 5;  // points, that are neighbours
+constexpr std::size_t kMaxApart = 5;  // largest distance of correlated points, in points
 constexpr int kUnknowns = 3;          // of the rigid motion [by definition]
 
 struct Foot {
-  Eigen::Vector2d normal{0, 0};  // unit, from the outline to the point where that is not 0
+  // Unit vector from the outline to the point if their distance is not 0.
+  Eigen::Vector2d normal{0, 0};
   double distance = std::numeric_limits<double>::infinity();  // along the normal, signed
 };
 
@@ -59,7 +60,7 @@ struct Motion {
 
 class Fitter {
  public:
-  // `grows`: the size is to be found, too.
+  // `grows`: whether the size is also fitted.
   Fitter(const Outline& outline, std::vector<Eigen::Vector2d> points, double pixel, bool grows)
       : outline_(outline), points_(std::move(points)), pixel_(pixel), grows_(grows) {
     motion_.centre.setZero();
@@ -171,11 +172,11 @@ class Fitter {
   }
 
   const Outline& outline_;
-  std::vector<Eigen::Vector2d> points_;  // in O as the scene has it
+  std::vector<Eigen::Vector2d> points_;  // in the scene's frame O
   double pixel_;
   bool grows_;
   double scale_sigma_ = 0;
-  double size_ = 0;  // of the outline about its centre [m]
+  double size_ = 0;  // size of the outline [m]
   double cut_ = 0;
   Motion motion_;
   std::vector<Foot> feet_;
@@ -201,7 +202,8 @@ OutlineFit FitOutline(const Outline& outline, const Eigen::Isometry3d& X_SO, Cur
   fitter.Report(fit);
 
   const Motion& motion = fitter.motion();
-  Eigen::Isometry3d X_OO = Eigen::Isometry3d::Identity();  // from the scene's O to the real one
+  // Transformation from the scene's frame O to the fitted one.
+  Eigen::Isometry3d X_OO = Eigen::Isometry3d::Identity();
   const Eigen::Rotation2Dd turn(motion.angle);
   X_OO.linear().topLeftCorner<2, 2>() = turn.toRotationMatrix();
   X_OO.translation().head<2>() = motion.shift + motion.centre - turn * motion.centre;

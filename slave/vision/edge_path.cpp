@@ -15,9 +15,10 @@ constexpr int kRays = 128, kSizes = 97;
 constexpr double kMaxLarger = 0.8;  // logarithm of 2.2, because a corner is far from a circle
 constexpr double kBlur = 1.5;       // blur against noise and fine texture [px]
 constexpr int kMaxJump = 2;         // largest change of the size index between adjacent rays
-constexpr float kJump = 0.06F;      // cost of a change by one; it grows with the square
-constexpr float kFar = 0.15F;       // cost of the largest or smallest size
-constexpr float kAnEdge = 0.2F;     // smallest limited gradient of an edge
+// Cost of a change by one; the cost is proportional to the square of the change.
+constexpr float kJump = 0.06F;
+constexpr float kFar = 0.15F;    // cost of the largest and the smallest size
+constexpr float kAnEdge = 0.2F;  // smallest limited gradient of an edge
 
 // Limited gradients along the rays, outwards: kRays x kSizes.
 struct Rays {
@@ -46,9 +47,9 @@ Eigen::Vector2d MiddleOf(CurveView curve) {
 }
 
 // The gradient with its magnitude limited to 0 ... 1 by saturation.
-class BentGradient {
+class LimitedGradient {
  public:
-  explicit BentGradient(const cv::Mat& image) {
+  explicit LimitedGradient(const cv::Mat& image) {
     cv::Mat smooth;
     cv::GaussianBlur(image, smooth, {}, kBlur);
     cv::Sobel(smooth, gx_, CV_32F, 1, 0, 3, 0.125);
@@ -73,7 +74,7 @@ class BentGradient {
 };
 
 Rays SampleRays(const cv::Mat& image, CurveView guide) {
-  const BentGradient gradient(image);
+  const LimitedGradient gradient(image);
   Rays rays;
   rays.middle = MiddleOf(guide);
   rays.across.reserve(static_cast<std::size_t>(kRays * kSizes));
@@ -144,7 +145,7 @@ EdgePath FollowEdgeAround(const cv::Mat& image, CurveView guide) {
 EdgePath MeasureEdge(const cv::Mat& image, CurveView curve) {
   EdgePath best;
   if (curve.size() < 3 || !(CurveLength(curve) > 0)) return best;
-  const BentGradient gradient(image);
+  const LimitedGradient gradient(image);
   const Curve even = Resample(curve, kRays);
   for (const float sign : {-1.0F, 1.0F}) {
     EdgePath path{even, 0, 0};

@@ -6,20 +6,21 @@
 namespace palpate {
 namespace {
 
-// A sample is the mean of 2 kAside + 1 lines, 1 px apart. [-] [tuned:
+// A sample is the mean over 2 kAside + 1 parallel lines, 1 px apart. [-] [tuned:
 // EachPlaceTellsHowFarTheEdgeHasMovedAcross]
 constexpr int kAside = 2;
 constexpr int kStep = 3;  // samples on either side that define a step
 constexpr int kCentrings = 8;
-// Positions in a window are integers in units of 2^-20 px: splitting floating-point numbers per
-// sample was two thirds of the cost of the checks of one camera. [by definition]
+// Positions in a window are fixed-point numbers with this many fractional bits, because
+// floating-point conversions per sample took two thirds of the time of one camera's checks. [by
+// definition]
 constexpr int kPlaces = 20;
-constexpr double kSlack = 1e-3;  // more than their rounding [px]
+constexpr double kSlack = 1e-3;  // margin, larger than their rounding [px]
 
 std::int32_t Whole(double px) {
   return static_cast<std::int32_t>(std::lround(std::ldexp(px, kPlaces)));
 }
-// The part of a place behind the point.
+// Returns the fractional part of a fixed-point position.
 float PartOf(std::int32_t whole) {
   constexpr std::int32_t kOne = 1 << kPlaces;  // [by definition]
   return static_cast<float>(whole & (kOne - 1)) / kOne;
@@ -60,7 +61,8 @@ bool EdgeProfile::Read(const cv::Mat& image, const Eigen::Vector2d& p, const Eig
   return true;
 }
 
-// From the samples behind `k` to those ahead, `first` the nearest of three on either side.
+// Returns the difference between the means of three samples after and before `k`, of which the
+// nearest is `first` samples away.
 double EdgeProfile::StepAt(int k, int first) const noexcept {
   const float* at = level_.data() + k + half_;
   float sum = 0;
@@ -68,14 +70,14 @@ double EdgeProfile::StepAt(int k, int first) const noexcept {
   return sum / kStep;
 }
 
-// Mean of three samples.
+// Returns the mean of three samples.
 double EdgeProfile::Level(int k) const noexcept {
   const float* at = level_.data() + k + half_;
   return (at[-1] + at[0] + at[1]) / 3;
 }
 
 // Returns the centroid of the profile's slopes of this sign around the sample `at`. The window is
-// moved until it is centred, and its ends count with the part of a sample that is inside.
+// moved until it is centred, and samples at its ends are weighted with their part inside.
 double EdgeProfile::Centroid(double sign, int at, double half_window) const noexcept {
   double centre = at;
   for (int round = 0; round < kCentrings; ++round) {

@@ -20,7 +20,7 @@ using Eigen::Vector2d;
 constexpr double kTolerance = 0.7;                // of the polygon [px] [by definition]
 constexpr double kPointSpacing = 12;              // of the snake's points [px]
 constexpr int kMinPoints = 60, kMaxPoints = 200;  // of the snake
-constexpr std::size_t kSidePoints = 6;            // of the edge on a side that is fitted
+constexpr std::size_t kSidePoints = 6;            // smallest number of edge points on a fitted side
 // Largest distance of a corner from the vertices of the edge beside it [px], which does not contain
 // it.
 constexpr double kCornerReach = 14;
@@ -83,7 +83,7 @@ std::optional<Vector2d> Corner(const Line& a, const Line& b) {
   return a.p + (between.x() * b.d.y() - between.y() * b.d.x()) / sine * a.d;
 }
 
-// Straight sides meet in corners, across the short pieces that cut these off.
+// Extends straight sides to their common corner across short pieces between them.
 Curve WithCorners(const Curve& edge, std::vector<Side> sides) {
   const auto straight = std::ranges::find_if(sides, [](const Side& side) { return !!side.line; });
   if (straight != sides.end()) std::ranges::rotate(sides, straight);
@@ -106,7 +106,7 @@ Curve WithCorners(const Curve& edge, std::vector<Side> sides) {
       continue;
     }
     polygon.push_back(*corner);
-    k = next - 1;  // the pieces between are cut off
+    k = next - 1;  // drops the pieces between
   }
   return polygon;
 }

@@ -28,8 +28,9 @@ constexpr int kMinImage = 16;  // edge [px]
 // Largest ratio of the image's sides: the search reduces the longer one to 160 px, so the shorter
 // one has 16.
 constexpr int kMaxRatio = 10;
-// At start, the snake against the shape it started from.
-constexpr double kMinClosed = 0.7;  // of an edge around a start that a person gave
+// Limits for the snake at the start relative to its start curve.
+// Smallest closedness of an edge around a start given by a person.
+constexpr double kMinClosed = 0.7;
 // Factor by which the given curve may be weaker than another one around it, in strength and
 // closedness.
 constexpr double kGivenIsBetter = 1.1;
@@ -39,7 +40,7 @@ constexpr double kGivenIsBetter = 1.1;
 constexpr double kMinClear = 0.625;
 constexpr double kMinSettled = 0.4, kMaxSettled = 2.0;
 
-// 8 bit grey, for the search at start.
+// Returns an 8-bit grey image for the search at the start.
 cv::Mat AsGrey8(const cv::Mat& image, const GreyFormat& format) {
   GreyPatch grey;
   format.Read(image, cv::Rect(cv::Point(), image.size()), grey);
@@ -83,8 +84,8 @@ std::vector<Curve> StartCurves(const ContourTracking& options, const cv::Mat& fi
   return starts;
 }
 
-// A snake reacts only within the blur of an edge, so the image is blurred, first strongly, then
-// less.
+// A snake is attracted only within the blur of an edge, so the image is blurred, first strongly,
+// then less.
 Curve Settle(const ContourTracking& options, const cv::Mat& first, const GreyFormat& format,
              CurveView start, std::span<const double> blurs) {
   Snake snake(format, {options.alpha, options.beta, options.gamma}, start, options.control_points);

@@ -40,14 +40,15 @@ const Camera& CameraOf(const Scene& scene) {
   return *scene.sense.Find<Camera>();
 }
 
-// The scene's direction of the tool in the image; zero: only the image shows it.
+// Returns the tool's direction in the image according to the scene; zero: it must be found in the
+// image.
 Eigen::Vector2d GivenDirection(const Scene& scene, const CameraView& view) {
   if (!scene.tool) return {0, 0};
   const Eigen::Vector3d d_S(scene.tool->direction.x(), scene.tool->direction.y(), 0);
   return (view.ToImage(view.pixel() * d_S) - view.ToImage({0, 0, 0})).stableNormalized();
 }
 
-// Only the image shows the outline, and the scene does not state where in the image it is.
+// Returns whether the outline must be found in the image without a stated position.
 bool IsOnlySeen(const Scene& scene) {
   const bool found = scene.sense.Find<ContourTracking>()->start.empty();
   return found && std::holds_alternative<ImageContourGeometry>(scene.object.geometry);
@@ -107,7 +108,7 @@ struct TipAndContourTracker::Parts {
     format.Read(first, cv::Rect(cv::Point(), first.size()), whole);
     noise = NoiseOf(whole) / format.levels_per_255();
     const double tool_width = scene.tool ? scene.tool->width / view.pixel() : 0;
-    // Only a contour shows where a tool without direction points.
+    // Without a stated direction the tool points to the contour, so the contour is found first.
     const bool tip_first = !direction.isZero(0);
     if (tip_first) MakeTip(scene, first, view, tip_hint_I);
     if (scene.sense.Find<ContourTracking>()) {

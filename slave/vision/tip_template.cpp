@@ -16,15 +16,17 @@ namespace {
 
 constexpr int kMinEdge = 5, kMaxEdge = 512;  // edge of a template [px]
 constexpr int kSide = 6;                     // background beside the tool [px]
-constexpr int kReach = 10;                   // of the search around the template [px]
+constexpr int kReach = 10;                   // search distance around the template [px]
 // Margin before the tip, because the blurred end contains background [px].
 constexpr double kBeforeTip = 1;
-constexpr double kBeyondTip = 4;  // taken in where the tool has no marks [px]
+// Part beyond the tip that is included if the tool has no marks [px].
+constexpr double kBeyondTip = 4;
 // Largest predicted sigma of an accepted template [px], and for noisy images its growth with the
 // noise [per level]: in contact the object below the tool's end shifts the tip by a pixel.
 constexpr double kWorstSigma = 0.15, kWorstByNoise = 0.02;
 
-// Search of the tool's direction: how far along its sides [widths], how far across [px], angles.
+// Search for the tool's direction: compared length of the sides [widths], distance across the side
+// [px].
 constexpr double kSideLength = 4, kSideStep = 2;
 constexpr double kMaxTemplateTurn = 1.05, kTurnStep = 0.02;  // [rad]
 
@@ -74,14 +76,15 @@ bool LocatesAlong(const TipTemplate& tip, const Eigen::Vector2d& d, double width
   return of_pixels > least(kWorstSigma) || InformationOfBands(tip, d, width, noise) > least(worst);
 }
 
-// The upright box around a piece of the tool (and kSide of background beside it) that ends, with
-// its farthest corner, `beyond` past the tip (before it: negative) in the direction of `d`. It is
-// `length` long in the direction nearest to the tool's.
+// Returns the axis-aligned box around a piece of the tool and kSide of background beside it. In
+// direction `d` its farthest corner is `beyond` past the tip (negative: before it). Its longer
+// side, nearest to the tool's direction, is `length`.
 cv::Rect WindowAt(const Eigen::Vector2d& tip, const Eigen::Vector2d& d, double width, int length,
                   double beyond, const cv::Size& image) {
   const double half = 0.5 * width + kSide;
   const Eigen::Vector2d along = d.cwiseAbs(), across(along.y(), along.x());
-  const double end = 2 * half * along.prod() - beyond;  // of the piece, behind the tip
+  // Distance of the piece's end behind the tip.
+  const double end = 2 * half * along.prod() - beyond;
   const double piece = std::max(12.0, (length - 2 * half * along.minCoeff()) / along.maxCoeff());
   const Eigen::Vector2d front = tip - end * d, back = tip - (end + piece) * d;
   const Eigen::Vector2d low = front.cwiseMin(back) - half * across;
@@ -92,8 +95,8 @@ cv::Rect WindowAt(const Eigen::Vector2d& tip, const Eigen::Vector2d& d, double w
   return cv::Rect(first, last + cv::Point(1, 1)) & cv::Rect(cv::Point(), image);
 }
 
-// Weight of a pixel of the template. It is small beside the tool's end, and beyond the circle of a
-// round one, where the indented object comes into view.
+// Returns the weight of a template pixel. It is small beside the tool's end, and beyond the circle
+// of a round end, where the indented object is visible.
 float WeightAt(const Eigen::Vector2d& p_tip, const Eigen::Vector2d& d, const ToolEndSize& tool) {
   const double behind = -p_tip.dot(d);
   const double aside = std::abs(p_tip.x() * d.y() - p_tip.y() * d.x());

@@ -13,12 +13,13 @@
 namespace palpate {
 namespace {
 
-constexpr int kReach = 10;              // smallest search radius around the template [px]
-constexpr int kSamePeak = 2;            // places this near to the best belong to it [px]
+constexpr int kReach = 10;    // smallest search radius around the template [px]
+constexpr int kSamePeak = 2;  // positions closer than this to the best belong to the same peak [px]
 constexpr double kAsGood = 0.01;        // a second peak within this score of the best is its equal
-constexpr std::size_t kCandidates = 6;  // of the coarse search, examined closely
-constexpr double kCovered = 0.03;       // of the template: fewer pixels than that are only noise
-// A small thing over the tip that pulls the fine alignment by so much is left out [px], sigmas.
+constexpr std::size_t kCandidates = 6;  // candidates of the coarse search that are refined
+constexpr double kCovered = 0.03;       // fraction of the template: a smaller covered part is noise
+// Displacement of the fine alignment above which a small cover over the tip is excluded [px],
+// [sigma].
 constexpr double kPulled = 0.1, kPulledSigmas = 2;
 // Limits of a peak of the scores in whole pixels: sigma at worst, and farthest place that belongs
 // to it.
@@ -30,8 +31,9 @@ constexpr double kMaxCovered = 0.65;
 // one that does not contradict it, smallest one for a position from parts only; and of the second
 // best position relative to the best.
 constexpr double kAsUsual = 0.9, kMinAsUsual = 0.75, kPartsFit = 0.6, kPartsSecond = 0.88;
-constexpr double kBetter = 0.03;      // score by which a place of the parts' own beats the whole's
-constexpr double kFollow = 0.05;      // of the usual score, per image
+// Score by which the position from parts must exceed that of the whole template.
+constexpr double kBetter = 0.03;
+constexpr double kFollow = 0.05;      // weight of an image in the usual score
 constexpr double kReacquired = 0.15;  // margin over min_score if the tip may be anywhere
 // Limits for a tip anywhere and a template without parts, which matches a tool's sides better than
 // its end, so that another pipette fits along half of its length: margin of the noise-free score
@@ -219,7 +221,7 @@ TipObservation TipTracker::TrackTurned(const cv::Mat& image) {
   return tip;
 }
 
-// The angle at which the template correlates best, by a parabola. A cover must not turn it.
+// Finds the angle of the best correlation with a parabola. A cover must not change the angle.
 void TipTracker::FollowTurn(const cv::Mat& image, TipObservation* tip) {
   if (!tip->found) return;
   lost_ = 0;
@@ -311,7 +313,7 @@ double TipTracker::Confirm(const cv::Rect& window, const cv::Point& peak, TipObs
   }
   const double score = tip.found ? parts_.ScoreNear(window_, peak) : 0;
   const double attenuation = parts_.Attenuation(NoiseOf(window_));
-  // The image that the template was cut from fits it better than any other will.
+  // The image from which the template was cut fits it better than any other image.
   if (tip.found && usual_ == 0) usual_ = std::min(1.0, score / attenuation);
   const double usual = usual_ * attenuation;
   const bool fits = tip.found && score >= kMinAsUsual * usual;

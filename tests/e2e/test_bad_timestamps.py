@@ -68,7 +68,7 @@ class FaultyDrivers(Plugged):
             wrong += error > max(MAX_ERROR * peak, SIGMAS * state.sigma)
         return valid, wrong, worst, others
 
-    def lie(self, case, camera=None, arm=None):
+    def run_case(self, case, camera=None, arm=None):
         self.site = None
         player = self.start(BIN / "site_player", self.scene, self.slave.address, *([camera] if camera else []), stdout=subprocess.PIPE)
         lines = iter(player.stdout.readline, "")
@@ -93,7 +93,7 @@ class FaultyDrivers(Plugged):
 
     def check_without_fault(self, case):
         """Without any fault few forces are flagged, although a busy machine delays images and encoders."""
-        valid, others = self.lie(case, camera="none")
+        valid, others = self.run_case(case, camera="none")
         flagged = sum(others.get(f"FAILED_CHECK_{name}", 0) for name in ("INSTANTS", "ARM"))
         self.assertLessEqual(flagged, 0.05 * valid + 2)
 
@@ -105,16 +105,16 @@ class Block(FaultyDrivers):
         self.check_without_fault("block, nothing wrong")
 
     def test_queue(self):
-        self.lie("block, a queue of 0.2 s", camera="queue")
+        self.run_case("block, a queue of 0.2 s", camera="queue")
 
     def test_zoom(self):
-        self.lie("block, the image a tenth larger", camera="zoom")
+        self.run_case("block, the image a tenth larger", camera="zoom")
 
     def test_scale(self):
-        self.lie("block, the arm goes 0.64 of the way", arm="scale")
+        self.run_case("block, the arm goes 0.64 of the way", arm="scale")
 
     def test_stuck(self):
-        self.lie("block, encoders stand still", arm="stuck")
+        self.run_case("block, encoders stand still", arm="stuck")
 
 
 class Membrane(FaultyDrivers):
@@ -135,19 +135,19 @@ class Membrane(FaultyDrivers):
         self.check_without_fault("membrane, nothing wrong")
 
     def test_queue(self):
-        self.lie("membrane, a queue of 0.4 s", camera="queue")
+        self.run_case("membrane, a queue of 0.4 s", camera="queue")
 
     def test_exchange(self):
-        self.lie("membrane, left and right exchanged", camera="exchange")
+        self.run_case("membrane, left and right exchanged", camera="exchange")
 
     def test_right_late(self):
-        self.lie("membrane, the right image a pair late", camera="right-late")
+        self.run_case("membrane, the right image a pair late", camera="right-late")
 
     def test_scale(self):
-        self.lie("membrane, the arm goes 0.64 of the way", arm="scale")
+        self.run_case("membrane, the arm goes 0.64 of the way", arm="scale")
 
     def test_stuck(self):
-        self.lie("membrane, encoders stand still", arm="stuck")
+        self.run_case("membrane, encoders stand still", arm="stuck")
 
 
 if __name__ == "__main__":

@@ -94,7 +94,7 @@ class JoinedSlave final : public FakeSlave {
   LatestEstimate newest_;
   SlowStopRecord record_;
   StopControl stop_control_{port_, record_};
-  mutable std::mutex mutex_;  // guards what follows
+  mutable std::mutex mutex_;  // guards the members below
   std::map<std::uint32_t, Scales> scales_{{1, {}}};
   std::uint64_t sample_ = 0, stops_ = 0, ended_stops_ = 0;
   std::jthread other_client_;  // of StopDuringNextReset

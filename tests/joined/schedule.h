@@ -118,7 +118,7 @@ class Schedule {
   std::shared_ptr<Reader> reader_;
   // By arrival time of the call or of its answer.
   std::multimap<Time, std::function<void()>> calls_;
-  Time lies_until_{};  // states that the loop rejects
+  Time invalid_states_until_{};  // states that the loop rejects
   Time next_sample_{}, next_state_{};
   double state_period_ = 0.005;  // [s]
 

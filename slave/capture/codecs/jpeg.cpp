@@ -18,14 +18,14 @@ struct JpegComplaint : jpeg_error_mgr {
   char text[JMSG_LENGTH_MAX] = "";  // empty: none
   bool ends_early = false;
   bool has_one_scan = false;
-  bool has_end = true;  // the marker, without which an image may be whole all the same
+  bool has_end = true;  // whether the end marker was read; an image may be complete without it
 
   JpegComplaint() {
     jpeg_std_error(this);
     error_exit = &Leave;
     emit_message = &Note;
   }
-  // Throws it, if there is one.
+  // Throws the error, if there is one.
   void Throw() const {
     if (ends_early) throw std::runtime_error("is truncated");
     if (text[0] != '\0') throw std::runtime_error("is damaged: " + std::string(text));

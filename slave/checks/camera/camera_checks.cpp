@@ -97,8 +97,8 @@ class AgreementCheck final : public Check<CameraSample> {
   }
 
  private:
-  // An image that fails counts in the three after it as well. [images] [tuned: a hand comes and
-  // stays]
+  // An image that fails counts in the three after it as well. [images] [tuned: the case "a hand
+  // comes and stays"]
   static constexpr int kWindow = 4;
 
   // An outline that is found after a loss may belong to another object.
@@ -201,7 +201,7 @@ Verdict ExamineTool(const Scene& scene, const FirstImage& first) {
   const bool aside = std::abs(end->aside) > Limits::kToolElsewhere;
   const bool wide = std::abs(end->width / first.tool.width - 1) > Limits::kToolWidth;
   if (beyond || (aside && !wide)) return elsewhere;
-  if (aside == wide) return {Validity::kValid};  // both: something covers a side of the tool
+  if (aside == wide) return {Validity::kValid};  // both fail: something covers a side of the tool
   return Failed(FailedCheck::kScale, "the tool is not as wide as the scene's in the first image");
 }
 

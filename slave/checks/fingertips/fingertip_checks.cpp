@@ -68,12 +68,13 @@ class ResponseCheck final : public Check<FingertipSample> {
   // covers all kinds of contacts, so the deviation of a single contact persists [-]. [tuned:
   // pressure stuck]
   static constexpr double kPressureSigma = 1.3;
-  // Noise of the electrodes by that at the start; real fingers in a minute: 0.95 to 1.1 [-].
+  // Smallest noise of the electrodes relative to that at the start; real fingers within a minute:
+  // 0.95 to 1.1 [-].
   static constexpr double kFallen = 0.85;
   // Smallest ratio to the value of the training; five real fingers have 0.83 to 1.17 [-]. [tuned:
   // gain of all wrong]
   static constexpr double kQuietest = 0.8;
-  // Force without an active electrode, by the error of the network [sigma].
+  // Largest force without an active electrode, relative to the error of the network [sigma].
   static constexpr double kUnseenTouch = 3;
 };
 
@@ -127,7 +128,7 @@ class RestContactCheck final : public Check<FingertipSample> {
   }
 
   static constexpr double kPull = 5;        // [sigma]
-  static constexpr double kPullTime = 0.5;  // longer than a contact sticks as it opens [s]
+  static constexpr double kPullTime = 0.5;  // longer than a contact adheres while it opens [s]
   double pulling_ = 0;                      // samples
   // Pressure above its baseline; five real fingers: -2 after a contact [counts].
   static constexpr double kBelowBaseline = -8;
@@ -137,7 +138,8 @@ class RestContactCheck final : public Check<FingertipSample> {
   bool was_baseline_ = false, was_inside_ = false;
 };
 
-// The contact is where the pose has the object, and within the range of its model.
+// Checks that the contact is on the object according to the pose, and within the range of the
+// model.
 class PoseCheck final : public Check<FingertipSample> {
  public:
   void Examine(const FingertipSample& sample, Findings* findings) noexcept override {

@@ -15,7 +15,7 @@
 namespace palpate {
 namespace {
 
-// The load is within the range of its model.
+// Checks that the load is within the range of its model.
 class ModelRangeCheck final : public Check<FitSample> {
  public:
   void Examine(const FitSample& sample, Findings* findings) noexcept override {
@@ -56,7 +56,7 @@ class PullCheck final : public Check<LoadSample> {
   }
 };
 
-// An error of all distances is an error of the force.
+// Checks the distances: a common error of all distances is an error of the force.
 class ScaleCheck final : public Check<LoadSample> {
  public:
   void Examine(const LoadSample& sample, Findings* findings) noexcept override {
@@ -69,7 +69,7 @@ class ScaleCheck final : public Check<LoadSample> {
 class ResidualCheck final : public Check<FitSample> {
  public:
   // `noise`: residual that is accepted while that without contact is unknown [sigma].
-  // `model_error`: by the largest deflection [-].
+  // `model_error`: relative to the largest deflection [-].
   ResidualCheck(double noise, double model_error) : noise_(noise), model_error_(model_error) {}
 
   void Examine(const FitSample& sample, Findings* findings) noexcept override {
@@ -115,7 +115,7 @@ class TimingCheck final : public Check<LoadSample> {
   // Change of the force from pair to pair that is noise [sigma]. [tuned: skew_test]
   static constexpr double kNoChange = 2;
   std::optional<double> last_force_;  // outward [N]
-  double last_change_ = 0;            // from the one before it [N]
+  double last_change_ = 0;            // change between the two previous pairs [N]
 };
 
 }  // namespace

@@ -24,9 +24,10 @@ using Eigen::Vector3d;
 
 constexpr double kNone = std::numeric_limits<double>::infinity();
 constexpr std::size_t kMinRays = 6;
-constexpr double kMaxRays = 4000;    // of an image
-constexpr double kEdgeShare = 0.2;   // of the body's half width in the image: its edge
-constexpr std::size_t kMinSide = 8;  // rays of a side of the edge
+constexpr double kMaxRays = 4000;  // of an image
+// Width of the edge region relative to the body's half width in the image.
+constexpr double kEdgeShare = 0.2;
+constexpr std::size_t kMinSide = 8;  // smallest number of rays on one side of the edge
 
 // The depth at which each ray meets the surface first; kNone: it does not.
 std::vector<double> ExpectedDepths(const SurfaceMesh& surface_C, const std::vector<RestRay>& rays) {
@@ -79,7 +80,8 @@ std::optional<Vector3d> FitPlane(const std::vector<Vector3d>& samples) {
   return plane;
 }
 
-// Distances on the grid of rays, in steps, to the nearest of those that `is_source`, up to `most`.
+// Returns the distance of each ray to the nearest ray with `is_source`, in steps on the grid, up to
+// `most`.
 std::vector<int> StepsFrom(const std::vector<char>& is_source, int columns, int most) {
   std::vector<int> steps(is_source.size(), most + 1);
   std::vector<std::size_t> front;
@@ -311,7 +313,7 @@ void RestSurfaceCheck::Examine(const PointsSample& sample, Findings* findings) n
     (*result_)->fault = FaultOf(**result_, size_);
   }
   if (!(*result_)->fault.empty()) findings->Fail(FailedCheck::kRestShape, (*result_)->fault);
-} catch (const std::exception&) {  // no memory: again with the next image
+} catch (const std::exception&) {  // out of memory: repeated with the next image
   result_->reset();
 }
 

@@ -164,7 +164,7 @@ void PrintChoice(const Scene& scene) {
   for (std::size_t i = 1; i < lines.size(); ++i) PrintLine("", lines[i]);
 }
 
-// The named material, its interval and where it was read.
+// Prints the named material, its interval and its source.
 void PrintNamedMaterial(const CheckOptions& options, const Material& material) {
   const NamedMaterial* named = MaterialOfScene(options.scene, options.overrides);
   if (named == nullptr) return;

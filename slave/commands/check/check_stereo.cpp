@@ -210,7 +210,7 @@ std::string SeenInWords(const Scene& scene, const SurfacePointTracker& tracker,
   return words;
 }
 
-// The surface at rest against the scene's body.
+// Compares the surface at rest with the scene's body.
 void PrintRest(const RestSurface& rest) {
   if (rest.meets && rest.distance > 0) {
     std::string words = fmt::format(
@@ -260,7 +260,7 @@ void PrintDepthCamera(const DepthImages& depth, const Scene& scene) {
 void CheckStereo(const Scene& scene) {
   PrintModelOf(scene);
   const StereoRig rig = RigOf(scene);
-  PrintCameras(scene);  // before they are opened: one may not be there yet
+  PrintCameras(scene);  // before they are opened, because one may be missing
   if (EstimatesForce(scene)) PrintManipulator(scene);
   if (scene.sense.Find<StereoCameras>()) PrintRig(scene, rig);
   if (scene.sense.Find<DepthImages>()) PrintDepthCamera(*scene.sense.Find<DepthImages>(), scene);

@@ -115,7 +115,7 @@ study::ObjectHint Hint(const EvaluateOptions& options) {
   return hint;
 }
 
-// Why there is no score where one was requested; empty: there is one.
+// Returns why a requested score is missing; empty: it is not.
 std::string NotScored(const study::MeasuredQuestion& question,
                       const study::MeasuredAnswer& answer) {
   if (answer.object.empty()) return answer.choice.why;

@@ -23,7 +23,7 @@ namespace {
 
 constexpr double kMaxForce = 1e9;
 constexpr int kMaxPasses = 8, kMinPresses = 3;
-constexpr double kSettled = 1e-3;  // of s, from 1
+constexpr double kSettled = 1e-3;  // deviation of the factor s from 1
 
 using Forces = std::map<std::uint64_t, double>;  // of samples [N]
 
@@ -59,8 +59,8 @@ struct Pair {
   double estimated = 0, sigma = 0, measured = 0;  // [N]
 };
 
-// Common relative error of the estimated forces: that of one image, in the mean over those that
-// show most.
+// Common relative error of the estimated forces: the mean of the single images' errors over the
+// images with the largest forces.
 double CommonShare(const std::vector<Pair>& pairs) {
   double estimated2 = 0, sigma2 = 0;
   for (const Pair& pair : pairs) {

@@ -24,7 +24,7 @@ constexpr std::array<std::string_view, 4> kFiles{"tip.png", "outline.csv", "lens
                                                  "image.jpg"};
 constexpr const char *kCurrent = "current", *kLast = "last";
 
-// Returns the number of a scene's folder; 0: it is no such folder.
+// Returns the number of a scene's folder; 0 for other folders.
 int NumberOf(const fs::path& folder) {
   const std::string name = folder.filename().string();
   int number = 0;
@@ -174,7 +174,7 @@ void SavedScenes::Draft::Use() {
   try {
     SyncFolder(scenes_.scenes());
     if (!last.empty()) ReplaceLink(last, scenes_.scenes() / kLast);
-  } catch (const std::exception&) {  // the scene is in use, and the one before is still there
+  } catch (const std::exception&) {  // the scene is in use, and the previous one still exists
   }
   scenes_.RemoveOthers(folder_.filename(), last);
 }

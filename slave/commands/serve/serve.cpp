@@ -64,11 +64,12 @@ Recording::Options FileOptions(const ServeOptions& options, const Scene& scene) 
   return file;
 }
 
-// While a slave serves, its sensing and its log are written to the file. Ends with a line in the
+// Writes the sensing and the log of a slave to the file while it serves. Ends with a line in the
 // log.
 class SlaveRecorder {
  public:
-  // Throws std::invalid_argument or std::runtime_error: the options, the file cannot be written.
+  // Throws std::invalid_argument for unusable options and std::runtime_error if the file cannot be
+  // written.
   SlaveRecorder(const ServeOptions& options, const Scene& scene)
       : recording_(scene, options.overrides, FileOptions(options, scene)),
         sink_(std::make_shared<RecordingSink>(&recording_)) {
@@ -111,7 +112,7 @@ void WaitFor(const std::stop_token& stop) {
   changed.wait(lock, stop, [] { return false; });
 }
 
-// Throws std::invalid_argument: options that contradict each other.
+// Throws std::invalid_argument if options contradict each other.
 void CheckSetup(const ServeOptions& options) {
   if (options.setup.empty() == options.scene.empty()) {
     throw std::invalid_argument("serve: expected SCENE, or --setup DIR without one");
@@ -154,7 +155,7 @@ void TakePlace(std::unique_ptr<LiveSlave> former, const std::filesystem::path& s
                LiveSlave* next) {
   next->ContinueRevisions(former->Describe().settings_revision);
   const bool is_stopped = former->Status().phase == Phase::kEstop;
-  former.reset();  // one slave at a time keeps its stop in the folder
+  former.reset();  // only one slave at a time may keep its stop record in the folder
   try {
     if (!state_dir.empty()) next->KeepStopIn(state_dir);
   } catch (const std::exception& error) {

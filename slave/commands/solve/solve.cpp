@@ -57,7 +57,7 @@ void ReportTogether(const std::vector<SolveRow>& rows, const std::vector<Case>& 
 // failed, and later ones were not solved.
 bool SolveInTime(const Case& one, const std::vector<SolveRow>& rows, DeformationModel* model,
                  ProgressBar* progress, std::vector<SolveRow>* answers, Solution* solution) {
-  constexpr double kRounding = 1e-9;  // of a step
+  constexpr double kRounding = 1e-9;  // tolerance relative to a time step
   const std::vector<PlaceHistory> histories = HistoriesOf(rows, one);
   const double step = model->info().step;
   double end = 0;

@@ -16,7 +16,7 @@
 namespace palpate {
 namespace {
 
-// Rewritten after every model.
+// Runs the study. Its result files are rewritten after every model.
 study::StudyResult RunWhole(const Scene& scene, const study::StudySettings& settings,
                             const std::filesystem::path& folder, const std::stop_token& stop) {
   ProgressBar bar("study", stop);

@@ -54,7 +54,7 @@ std::vector<ForceRow> LiveStates::Watch(double seconds, const std::stop_token& s
   using std::chrono::duration;
   using std::chrono::system_clock;
   constexpr double kTimeout = 5, kRetry = 0.2;  // [s]
-  constexpr std::size_t kMaxStates = 200;       // states that a sample may be older than its state
+  constexpr std::size_t kMaxStates = 200;       // largest age of a sample, in states
   const auto begin = system_clock::now();
   const auto elapsed = [begin] { return duration<double>(system_clock::now() - begin).count(); };
   std::vector<ForceRow> rows;

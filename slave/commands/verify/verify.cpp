@@ -136,7 +136,7 @@ void Check(const VerifyOptions& options) {
   RequireOtherThan("--out", options.out, {"forces.csv", "states.csv", "summary.json"}, inputs);
 }
 
-// The slave refuses the samples of the scene.
+// Thrown if the slave refuses the samples of the scene.
 class Refusal : public std::runtime_error {
   using std::runtime_error::runtime_error;
 };

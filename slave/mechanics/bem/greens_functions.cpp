@@ -159,8 +159,8 @@ void GreensFunctions::FindFreeMotions() {
   motions_.rightCols(3 - free_motions_).setZero();
 }
 
-// H u - G m b = G t with the balancing tractions m b, which the holes' pressures see too; the mean
-// of m . u is prescribed.
+// H u - G m b = G t with the balancing tractions m b, which also affect the holes' pressures; the
+// mean of m . u is prescribed.
 void GreensFunctions::AppendFreeMotions(Eigen::MatrixXd* A, Eigen::MatrixXd* Abar) const {
   const Eigen::Index n = 2 * static_cast<Eigen::Index>(size());
   const Eigen::Index pressures = A->cols() - Abar->cols();
@@ -188,8 +188,8 @@ void GreensFunctions::Free::operator()(double* memory) const noexcept {
   std::free(memory);  // NOLINT(cppcoreguidelines-no-malloc): it came from aligned_alloc
 }
 
-// Contacts read blocks at random places: blocks do not straddle cache lines, and large pages, where
-// the system has them, spare a walk through its tables for each.
+// Contacts read blocks at random places. Blocks are therefore aligned to cache lines, and large
+// memory pages are used if available, to avoid page-table lookups.
 void GreensFunctions::StoreBlocks(const Eigen::MatrixXd& E) {
   const std::size_t alignment = memory_bytes() < kLargePage ? kCacheLine : kLargePage;
   const std::size_t bytes = (memory_bytes() + alignment - 1) / alignment * alignment;

@@ -62,7 +62,7 @@ bool ContactSet::FindAsTheyAre(std::span<const Contact> contacts) {
   return found;
 }
 
-// Contacts that moved, each by itself.
+// Finds the contacts that moved, if their number is unchanged.
 bool ContactSet::FindChanged(std::span<const Contact> contacts) {
   for (int i = 0; i < count_; ++i) {
     ContactSlot& slot = slots_[Index(i)];
@@ -204,7 +204,7 @@ void ContactSet::AddMotions() {
   }
 }
 
-// Places with an unknown of their own cannot be moved twice.
+// A place with its own unknown cannot be moved by two contacts.
 bool ContactSet::MarkMoved(const ContactSlot& slot) {
   const auto& places = slot.footprint.places;
   if (slot.footprint.point && places.size() > 1) return true;
@@ -275,7 +275,7 @@ void LoadCoupling::AddToUnknown(const ForceUnknown& at, const double* column, in
   }
 }
 
-// Displacement of a loaded place by the unknown's unit components.
+// Adds the displacement of a loaded place for unit components of the unknown.
 void LoadCoupling::AddToLoad(const ForceUnknown& by, int place, double weight, int load) {
   Eigen::Matrix3d sum = Eigen::Matrix3d::Zero();
   for (const auto& share : std::span(by.shares).first(Index(by.share_count))) {

@@ -23,16 +23,17 @@ using Eigen::Vector2d;
 using Eigen::Vector3d;
 
 // Length of the elements at the tool's ends relative to its width, their growth per distance, and
-// the largest length relative to the body's size. [tuned: 16 blocks against bricks: within 1.3 %]
+// the largest length relative to the body's size. [tuned: 16 blocks compared with hexahedra, within
+// 1.3 %]
 constexpr double kAtTool = 0.25, kGrowth = 0.5, kMaxEdge = 0.25;
-// Layers through the thickness: the first one beside an end of the tool by the smaller of its
-// extent and width, and their growth. [tuned: the same]
+// Layers through the thickness: size of the first one at an end of the tool relative to the smaller
+// of its extent and width, and growth of the layers. [tuned: the same]
 constexpr double kFirstLayer = 0.35, kLayerGrowth = 3.2;
-// Both of these first sizes for a body that is almost incompressible. [tuned: the same, nu = 0.49]
+// Factors on both first sizes for an almost incompressible body. [tuned: the same, nu = 0.49]
 constexpr double kFiner = 0.6, kAlmostIncompressible = 0.47;
 
-// Part of the first element by which a tool acts wider at its end. [measured: blocks against two
-// meshes of bricks, extrapolated; block_flat of presses.py]
+// Excess width of the tool at each end, relative to the first element. [measured: blocks against
+// two meshes of bricks, extrapolated; block_flat of presses.py]
 constexpr double kExcess = 0.15;
 
 double FinerFor(double nu) {
@@ -53,8 +54,8 @@ double SizeOf(const std::vector<Vector2d>& points) {
   return (high - low).maxCoeff();
 }
 
-// Seeds along the tool: a tool that reaches less far through the thickness than it is wide needs
-// elements as short as that below all of it.
+// Chooses the element lengths along the tool: if its extent through the thickness is smaller than
+// its width, the elements below it must be as short as the extent.
 TriangleMesh MeshOf(const Prism& prism, const std::array<Vector2d, 2>& tool) {
   const double width = (tool[1] - tool[0]).norm();
   const double size = SizeAtTool(prism, width);
@@ -187,7 +188,7 @@ void Layers::Integrate() {
   }
 }
 
-// Ends of layers over a length from 0, at which the tool ends, on.
+// Returns the layer boundaries along a length; the tool ends at 0.
 std::vector<double> GrowingFrom(double first, double length) {
   std::vector<double> ends{0};
   double h = first;
@@ -380,7 +381,7 @@ Vector3d MotionOf(Unknowns* rows, const Eigen::MatrixXd& x, int node, int axis) 
     const int row = rows->at(node, 0, c);
     u[c] = row >= 0 ? x(row, axis) : row == Unknowns::kMoved && c == axis ? 1 : 0;
   }
-  u.z() *= -1;  // levels count from the front
+  u.z() *= -1;  // because levels count from the front
   return u;
 }
 

@@ -26,7 +26,7 @@ int TagOf(const std::array<bool, 2>& held) {
   return (held[0] ? Prism::kHeldX : 0) + (held[1] ? Prism::kHeldY : 0);
 }
 
-// A vertex of the outline before some pieces are joined; its tag is that of the piece behind it.
+// A vertex of the outline before segments are joined; its tag is that of the following segment.
 struct Vertex {
   Vector2d p{0, 0};
   int tag = 0;

@@ -63,8 +63,8 @@ bool NeedsGeneralModel(const FemOptions& fem) {
          (IsHyperelastic(fem.law) && moves);
 }
 
-// Four-node tetrahedra, linear, co-rotational or neo-Hookean at rest, by their own fast model; ten
-// nodes and the other laws by the general one.
+// Uses the fast model for static four-node tetrahedra with a linear, co-rotational or neo-Hookean
+// law, and the general model for ten-node elements and other laws.
 std::unique_ptr<DeformationModel> MakeFem(const Scene& scene, const SolidMesh& mesh,
                                           Progress* progress) {
   const Material& material = scene.object.material;

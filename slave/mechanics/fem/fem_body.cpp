@@ -262,7 +262,7 @@ void FemBody::FindTouching() {
   }
 }
 
-// Blocks with a fixed node are redirected to one behind the last block.
+// Blocks with a fixed node are redirected to a dummy block after the last one.
 void FemBody::FindPairs() {
   TetElements::GroupBlocks none;
   for (auto& pair : none) pair.fill(pattern_.blocks());

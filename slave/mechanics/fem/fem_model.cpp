@@ -22,7 +22,7 @@ constexpr double kBalanced = 1e-6;    // of the loads' sizes
 // Largest and smallest path of a tool between two accepted states [edges]. [tuned: tool_test]
 constexpr double kIncrement = 0.25, kMinIncrement = 1.0 / 64;
 constexpr int kRehearsed = 30'000;  // elements
-// For bodies whose queries are steps with the two-grid solver.
+// The limit for bodies whose queries use steps with the two-grid solver.
 constexpr int kRehearsedInSteps = 300'000;
 
 bool Dynamic(const FemOptions& options) {
@@ -77,7 +77,7 @@ void CheckMaterial(const Material& material, const FemOptions& options) {
   }
 }
 
-// All that can be refused is refused before the work starts.
+// Checks all parameters before the expensive work starts.
 VolumeModel::Traits CheckedTraits(const SolidMesh& mesh, const HeldNodes& held,
                                   const FemModel::Params& params, Progress* progress) {
   const FemOptions& options = params.options;

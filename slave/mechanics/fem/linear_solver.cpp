@@ -17,7 +17,8 @@ constexpr std::size_t kMaxEntries = 12'000'000;  // of a factor
 // Largest number of entries of a factor that is stored in both precisions.
 constexpr std::size_t kMaxEntriesTwice = 2'000'000;
 constexpr std::size_t kMaxEntriesLate = 300'000'000;  // of a late one
-// Multiplications of a factorisation done in the time of one of a solution, which waits for memory.
+// Ratio of the speeds of multiplications in a factorisation and in a solution, which is limited by
+// memory.
 constexpr double kFactorSpeed = 4;
 // Operations of a factorisation done in the time that an iteration takes per block.
 constexpr double kLateSpeed = 600;
@@ -26,11 +27,11 @@ constexpr double kLateSpeed = 600;
 constexpr double kRounding = 2e-15;
 constexpr double kTiny = 1e-300;
 constexpr double kGridsWorth = 12;  // iterations that new grids must save
-// Solutions in which a factor is replaced, and the share of its worth from which on it is: it ages
-// meanwhile. [tuned: SwingingStep]
+// Number of solutions over which a factor is replaced step by step, and the fraction of its cost
+// after which the replacement begins early. [tuned: SwingingStep]
 constexpr double kParts = 8, kEarly = 0.5;
 constexpr int kMaxIterations = 20'000;
-constexpr int kMaxWithFactor = 400;  // iterations with a factor; more make a new one worth it
+constexpr int kMaxWithFactor = 400;  // iterations with a factor above which a new one is made
 constexpr int kMaxStagnant = 1'000;  // iterations without a better residual
 
 double LargestDiagonal(const BlockMatrix& A) {
@@ -124,8 +125,8 @@ SolveOutcome LinearSolver::Solve(const BlockMatrix& A, const Constraints& constr
   const double digits = std::log10(Norm(r) / std::max(target, kTiny));
   SolveOutcome outcome = Iterate(A, constraints, r, x, target);
   int before = 0;
-  // A factor that has aged too much, or was made of too few digits, is replaced by a better one,
-  // the diagonal by a factor.
+  // A factor that is too old or not precise enough is replaced by a better one, and the diagonal
+  // preconditioner by a factor.
   for (const Kind better : {Kind::kSingle, Kind::kDouble}) {
     if (outcome.converged || outcome.indefinite || Stopped()) break;
     if (!has_factor()) {
@@ -182,7 +183,7 @@ void LinearSolver::PrepareGrids(const BlockMatrix& A, const HeldComponents& held
 
 void LinearSolver::CountAge(int iterations, double digits) noexcept {
   if (kind_ == Kind::kDiagonal) return;
-  if (kind_ == Kind::kGrids) {  // solutions to unlike accuracy
+  if (kind_ == Kind::kGrids) {  // the accuracy of solutions differs
     if (iterations == 0 || !(digits > 0)) return;
     const double rate = iterations / digits;
     young_rate_ = young_rate_ > 0 ? std::min(young_rate_, rate) : rate;

@@ -12,13 +12,13 @@ namespace {
 constexpr int kMaxSteps = 1000;            // of Newton's method with the warped tangent
 constexpr int kMaxHyperelasticSteps = 60;  // the same with the exact tangent
 constexpr double kMinPart = 1.0 / 64;      // smallest part of a load that is applied in one step
-// Operations of a factor that is worth making in every step of the exact tangent.
+// Largest cost of a factor that is made in every step with the exact tangent [operations].
 constexpr double kFactorOnce = 3e8;
-// Size of a stiffness against every gradient that makes an exact tangent definite, in units of E.
+// Additional stiffness that makes an exact tangent definite, in units of E.
 constexpr double kMinShift = 1.0 / 64, kMaxShift = 4;
 constexpr int kMaxHalvings = 24;     // of one such step
 constexpr double kInner = 1e-2;      // tolerance of a linear system relative to its right-hand side
-constexpr double kErrorShare = 0.3;  // of the residual, left by the estimate of its effect
+constexpr double kErrorShare = 0.3;  // accuracy of the error estimate relative to the residual
 constexpr double kLinearShare = 0.5;  // of the residual aimed at, left by a linear system
 constexpr double kForSteps = 0.6;     // share of the deadline for steps; the rest is for the error
 // Smallest share of a motion's square that is independent of newer motions, else it adds no
@@ -28,8 +28,8 @@ constexpr double kMaxAhead = 3;  // largest factor of an earlier motion in the p
 // Residual that indicates the end of a contact, relative to the largest one of an equilibrium [-].
 constexpr double kLetGo = 2;
 constexpr double kSufficient = 1e-4;
-// Factor below the requested residual to which it is reduced, because with a factor digits are
-// cheap.
+// Target of the residual relative to the requested one, because with a factor additional accuracy
+// is cheap.
 constexpr double kAimDirect = 1e-4, kAimIterative = 0.3, kAimTouching = 0.6;
 // Growth of the residual by new contacts, relative to the rest of it, from which on the next step
 // needs no tangent of its own [-].
@@ -246,8 +246,8 @@ void StaticEquilibrium::LearnMotion(const Constraints& constraints) noexcept {
   motion_count_ = std::min(motion_count_ + 1, kMotions);
 }
 
-// Weighs the residual with the duals of all contacts, by one more solution with the last tangent.
-// The remainder of the deadline is for its few iterations.
+// Multiplies the residual by the dual solutions of all contacts, with one more solution with the
+// last tangent. The remaining time of the deadline is used for its few iterations.
 void StaticEquilibrium::EstimateError(const Constraints& constraints) noexcept {
   if (!hyperelastic_) return;
   SetZero(x_);

@@ -9,10 +9,11 @@ namespace palpate::fem {
 
 namespace {
 
-constexpr double kGain = 1e-6;       // of the energies that are exchanged
+constexpr double kGain = 1e-6;       // tolerance relative to the exchanged energies
 constexpr double kRounding = 1e-14;  // of the forces that cancel
 
-// reaction = A dv - b; r = P^T (b - A dv), which is its opposite where nothing acts.
+// Computes reaction = A dv - b and r = P^T (b - A dv), which is the negative reaction at free
+// nodes.
 void LinearReaction(const BlockMatrix& A, const Constraints& constraints, const NodeVector& dv,
                     const NodeVector& b, const NodeVector& r, NodeVector& reaction) noexcept {
   reaction = r;
@@ -81,7 +82,7 @@ bool TimeStepper::Advance(const NodeVector& f_ext, const Constraints& constraint
   return std::isfinite(now_.energy);
 }
 
-// A = M + h D + h^2 K, brought near one by a common factor.
+// Assembles A = M + h D + h^2 K, scaled to about one by a common factor.
 void TimeStepper::Assemble() noexcept {
   if (params_.linear && is_assembled_) return;
   const double h = params_.step;

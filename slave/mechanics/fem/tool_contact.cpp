@@ -12,10 +12,11 @@ namespace {
 
 using Eigen::Vector3d;
 
-constexpr double kRim = 1e-9;      // tolerance of the rim, by a flat tool's extent
-constexpr double kMargin = 2;      // distance from the tool up to which nodes are examined [edges]
-constexpr double kMaxTurning = 3;  // stiffness of turning friction, by the node's own
-constexpr int kMaxChanges = 25;    // changes of contact in one increment
+constexpr double kRim = 1e-9;  // tolerance of the rim relative to a flat tool's extent
+constexpr double kMargin = 2;  // distance from the tool up to which nodes are examined [edges]
+// Stiffness due to the rotation of friction, relative to that of the node.
+constexpr double kMaxTurning = 3;
+constexpr int kMaxChanges = 25;  // changes of contact in one increment
 // Number of updates after which friction changes by half and keeps its direction between steps.
 // This is slower, but converges for nodes that alternate between sticking and slipping.
 constexpr int kDamped = 10;

@@ -16,7 +16,7 @@ using Eigen::Vector3d;
 constexpr double kLocks = 0.49;         // Poisson's ratio from which tet4 answers are far too stiff
 constexpr double kAbsurd = 1e6;         // larger sides
 constexpr std::size_t kTextSize = 240;  // of a remark
-// Nodes under a tool that is no disc with which its force is within a tenth. [measured:
+// Smallest number of nodes under a tool other than a disc for an accuracy of 10 %. [measured:
 // round_indenter_test]
 constexpr int kMinTouched = 8;
 // Smallest number of nodes for the moment of a tool's force, and its error relative to force times
@@ -139,7 +139,8 @@ bool VolumeModel::locks() const {
   return traits_.nodes_per_element == 4 && !traits_.has_pressure && traits_.poisson_ratio >= kLocks;
 }
 
-// Why the last answer is extrapolated; empty: it is not, but for single patches.
+// Returns why the last answer is extrapolated; empty: it is not, except for reasons of single
+// patches.
 std::string_view VolumeModel::FlagReasonOf(std::span<const Contact> contacts) {
   if (inversion_.elements > 0) return "elements are inside out";
   if (locks()) return "linear tetrahedra lock at this Poisson ratio";

@@ -16,8 +16,8 @@ namespace {
 using Eigen::Matrix3d;
 using Eigen::Vector3d;
 
-// Error of the moment by force times width of the contact over the number of its places [-].
-// [derived: a place too many or too few at the rim, where the pressure is least]
+// Error of the moment relative to force times contact width divided by the number of places [-].
+// [derived: one place more or less at the rim, where the pressure is smallest]
 constexpr double kSpreadByPlaces = 0.5;
 // Largest overlap of a free place with the tool, relative to the tool's displacement [-]: smaller
 // ones are discretisation errors of the pressure at the rim. [derived]
@@ -157,7 +157,7 @@ void RoundIndenter::SetMoment(const ToolIndentation& press, const Solution& solu
   whole->moment_sigma = kSpreadByPlaces * 2 * reach / count * whole->force_O.norm();
 }
 
-// All places that the tool would pass through.
+// Collects all places that would be inside the tool.
 void RoundIndenter::Gather(const ToolIndentation& press) noexcept {
   contacts_.clear();
   const Vector3d& n = press.normal_O;
@@ -176,7 +176,7 @@ void RoundIndenter::Gather(const ToolIndentation& press) noexcept {
   }
 }
 
-// Moved with the tool if it presses, between places.
+// If the tool presses between places, the nearest one is moved with it.
 void RoundIndenter::TouchNearest(const ToolIndentation& press, bool presses) noexcept {
   const auto away = [&](const TouchablePlace& at) { return (at.p_O - press.p_O).squaredNorm(); };
   const auto nearest = std::ranges::min_element(places_, {}, away);

@@ -1,4 +1,4 @@
-// Every program that links this computes on one thread in OpenBLAS.
+// Limits OpenBLAS to one thread in every program that links this file.
 #include "slave/mechanics/linear/blas.h"
 
 // Functions of OpenBLAS with threads; null for other BLAS libraries.

@@ -81,7 +81,7 @@ PALPATE_INLINE bool FactorizePanel(const RowMajor& a, int order, int k0, int k1,
   return true;
 }
 
-// `kRows` rows from `first` on minus their `factors` times the kPanel rows from k0 on.
+// Subtracts `factors` times the kPanel rows from k0 on from `kRows` rows from `first` on.
 template <int kRows>
 PALPATE_INLINE void SubtractPanelFrom(const RowMajor& a, int first, const Factors& factors, int k0,
                                       const Columns& columns) noexcept {
@@ -99,8 +99,8 @@ PALPATE_INLINE void SubtractPanelFrom(const RowMajor& a, int first, const Factor
   }
 }
 
-// Rows [first, last) minus their `factors` times the kPanel rows from k0 on, as many rows at a time
-// as registers hold.
+// Subtracts `factors` times the kPanel rows from k0 on from the rows [first, last), as many at a
+// time as fit in registers.
 PALPATE_INLINE void SubtractPanel(const RowMajor& a, int first, int last, const Factors& factors,
                                   int k0, const Columns& columns) noexcept {
   for (; first + 4 <= last; first += 4) SubtractPanelFrom<4>(a, first, factors, k0, columns);
@@ -170,7 +170,8 @@ PALPATE_DISPATCHED void SolveInPlace(const Factors& lu, int order, const int* pi
   }
 }
 
-// The next odd number of lanes: rows of even ones would share few places of the cache.
+// Returns the next odd number of lanes, because rows with an even number would share few cache
+// sets.
 int OddLanes(int n) {
   return PaddedTo8(n) / kLane8 % 2 == 1 ? PaddedTo8(n) : PaddedTo8(n) + kLane8;
 }

@@ -11,11 +11,12 @@
 namespace palpate {
 namespace {
 
-constexpr int kBlock = 48;          // columns of a panel that are eliminated together
-constexpr int kWidest = 96;         // columns of a supernode, so that none is a large part of it
-constexpr int kNarrow = 12;         // columns below which supernodes are merged freely
-constexpr double kFewZeros = 0.15;  // share of stored zeros that merging may cost
-constexpr double kManyZeros = 0.5;  // the same for narrow ones
+constexpr int kBlock = 48;  // columns of a panel that are eliminated together
+// Largest number of columns of a supernode, so that none is a large part of the work.
+constexpr int kWidest = 96;
+constexpr int kNarrow = 12;             // columns below which supernodes are merged freely
+constexpr double kFewZeros = 0.15;      // share of stored zeros that merging may cost
+constexpr double kManyZeros = 0.5;      // the same for narrow supernodes
 constexpr Eigen::Index kTogether = 32;  // number of right-hand sides per block
 
 // C := alpha A op(B) + beta C
@@ -42,7 +43,7 @@ void DivideByUnit(CBLAS_TRANSPOSE form, int rows, int columns, const float* l, i
               ldb);
 }
 
-// Columns with the same rows below them.
+// Consecutive columns with the same rows below them.
 struct Run {
   int first, columns, rows;
   double zeros;
@@ -94,7 +95,7 @@ SparseLdlt<Scalar>::SparseLdlt(const Matrix& upper) : size_(static_cast<int>(upp
   CountWork();
 }
 
-// Elimination tree and column counts by walks up the tree (Liu 1990).
+// Computes the elimination tree and the column counts by walks up the tree (Liu 1990).
 template <typename Scalar>
 void SparseLdlt<Scalar>::CountColumns(const Matrix& upper) {
   parent_.assign(Index(size_), -1);
@@ -246,7 +247,7 @@ void SparseLdlt<Scalar>::Gather(int target) {
   }
 }
 
-// The rows of `source` from `begin` on times those up to `end`.
+// Multiplies the rows of `source` from `begin` on by those up to `end`.
 template <typename Scalar>
 void SparseLdlt<Scalar>::Subtract(const Supernode& source, int begin, int end,
                                   const Supernode& target) {

@@ -96,8 +96,8 @@ Eigen::Matrix3d CrossMatrix(const Eigen::Vector3d& a) {
   return m;
 }
 
-// Nodes at `place` of (radius share, angle), ring by ring about the centre, the outermost held;
-// triangles counter-clockwise.
+// Makes nodes at `place(radius share, angle)`, ring by ring around the centre, with the outermost
+// ring fixed, and counter-clockwise triangles.
 MembraneShape MakeRings(int rings, const std::function<Eigen::Vector3d(double, double)>& place) {
   if (rings < 1 || rings > 1000) RefuseValue("rings", rings, "1 to 1000");
   MembraneShape made;
@@ -109,7 +109,7 @@ MembraneShape MakeRings(int rings, const std::function<Eigen::Vector3d(double, d
     const int inner_count = std::max(1, count - 6);
     for (int k = 0; k < count; ++k) {
       nodes.push_back(place(static_cast<double>(ring) / rings, 2 * std::numbers::pi * k / count));
-      // Sextant and step in it: the ring inside has one step fewer.
+      // Sextant and step in it; the next inner ring has one step fewer per sextant.
       const int sextant = k / ring;
       const int step = k % ring;
       const int outer = first(ring) + k;
@@ -209,8 +209,9 @@ InflatedMembrane& InflatedMembrane::operator=(InflatedMembrane&&) noexcept = def
 // Normals, areas, and the pressure that balances the tension best.
 void InflatedMembrane::FindNormals() {
   const SurfaceMesh& mesh = shape_.surface;
-  std::vector<Eigen::Vector3d> push(mesh.nodes.size(), Eigen::Vector3d::Zero());  // per pressure
-  std::vector<Eigen::Vector3d> pull = push;                                       // per tension
+  // Nodal force per unit pressure.
+  std::vector<Eigen::Vector3d> push(mesh.nodes.size(), Eigen::Vector3d::Zero());
+  std::vector<Eigen::Vector3d> pull = push;  // nodal force per unit tension
   for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
     const MembraneTriangle triangle = TriangleOf(mesh, t);
     Eigen::Matrix<double, 9, 1> p;

@@ -80,7 +80,7 @@ std::pair<Program, std::filesystem::path> Choose(Program wanted) {
                            " to be installed (deploy/install.sh mesher), or a mesh of tetrahedra");
 }
 
-// One line for people out of a program's last words.
+// Returns the last line of a program's output as a message for users.
 std::string Words(const std::string& output) {
   constexpr std::size_t kMaxLength = 600;
   std::string words;
@@ -101,7 +101,7 @@ void AppendPoints(const std::vector<Vector3d>& points, std::string* text) {
   }
 }
 
-// A surface divided again at about its own edges would only lose volume where it bends.
+// Remeshing a surface with similar edge lengths would only lose volume where it is curved.
 constexpr double kMuchLonger = 1.5;
 
 double MaxEdgeLength(const SurfaceMesh& surface) {
@@ -194,7 +194,7 @@ class Mesher {
   Mesher(const FillOptions& options, const std::stop_token& stop)
       : options_(options), stop_(stop), program_(Choose(options.program)) {}
 
-  // `edge` 0: left to the program.
+  // `edge` 0: the program chooses it.
   SolidMesh Fill(const SurfaceMesh& surface, double edge) {
     return program_.first == Program::kTetgen ? ByTetgen(surface, edge) : ByGmsh(surface, edge);
   }

@@ -14,16 +14,16 @@ using plate::ModalPlate;
 using plate::Symmetry;
 using plate::Touch;
 
-constexpr double kCentral = 1e-9;        // a place nearer to the centre is there [radii]
+constexpr double kCentral = 1e-9;        // places closer to the centre count as the centre [radii]
 constexpr double kCentralRange = 10;     // range at the centre relative to that elsewhere
 constexpr double kModerate = 0.3;        // |w| / a: rotations are moderate
-constexpr double kLawsLargest = 0.1;     // error by the law
-constexpr double kMaxDeflection = 1000;  // |w| / t that is attempted
-constexpr double kMaxForce = 1e11;       // E t^4 / a^2 that is attempted
-// Nondimensional: below it intermediate results lose digits, as do subnormal numbers.
+constexpr double kLawsLargest = 0.1;     // largest accepted error of the plate's law
+constexpr double kMaxDeflection = 1000;  // largest |w| / t that is tried
+constexpr double kMaxForce = 1e11;       // largest force that is tried [E t^4 / a^2]
+// Smallest nondimensional value: below it intermediate results become subnormal and lose digits.
 constexpr double kMinValue = 1e-290;
 constexpr std::string_view kDigitsLost = "the value is too small for the numerical precision";
-constexpr std::size_t kMaxTools = 64;  // diameters remembered
+constexpr std::size_t kMaxTools = 64;  // number of stored tool diameters
 
 bool IsSubnormal(double value) {
   return std::fpclassify(value) == FP_SUBNORMAL;

@@ -68,7 +68,7 @@ class GmshReader {
     End("$EndMeshFormat");
   }
 
-  // A one, as this file's writer keeps it in memory.
+  // Reads the integer one, which shows the byte order of the writer.
   void ReadByteOrder() {
     std::string_view rest_of_line;
     cursor_.NextLine(&rest_of_line);
@@ -113,13 +113,13 @@ class GmshReader {
     if (word != end) cursor_.Refuse(Quoted(word), end + " here");
   }
 
-  // Binary numbers begin behind the line's end.
+  // Binary numbers begin after the end of the line.
   void BeginNumbers() {
     std::string_view rest_of_line;
     if (numbers_ != NumberForm::kText) cursor_.NextLine(&rest_of_line);
   }
 
-  // Version 2 writes counts as text in both forms.
+  // Version 2 writes counts as text in both text and binary files.
   std::size_t CountOfLine(const char* what, std::size_t bytes_each) {
     cursor_.set_form(NumberForm::kText);
     const std::size_t count = cursor_.Count<int>(what, bytes_each);
@@ -218,7 +218,7 @@ class GmshReader {
     RequireNoneLeft(left, "elements");
   }
 
-  // Smallest and largest number, of no use here.
+  // Skips the smallest and the largest number.
   void SkipRange() {
     cursor_.Whole<std::uint64_t>("smallest number", 0, kMaxTag);
     cursor_.Whole<std::uint64_t>("largest number", 0, kMaxTag);

@@ -1,5 +1,5 @@
-// STL: triangles with three corners of their own each, ASCII or binary (80 bytes, a count, 50 bytes
-// per triangle, little-endian floats).
+// STL: triangles with three separate corners each, ASCII or binary (80 bytes, a count, 50 bytes per
+// triangle, little-endian floats).
 #include <array>
 #include <string>
 
@@ -37,7 +37,7 @@ Corners ReadBinary(FileCursor* cursor) {
   corners.reserve(3 * count);
   while (corners.size() < 3 * count) {
     const std::size_t begin = cursor->position();
-    cursor->Seek(begin + 12);  // behind the normal, which the corners' order shows too
+    cursor->Seek(begin + 12);  // after the normal, which also follows from the order of the corners
     for (int i = 0; i < 3; ++i) corners.push_back(cursor->Point<float>());
     cursor->Seek(begin + kTriangle);
   }

@@ -22,7 +22,7 @@ namespace {
 
 constexpr double kResolved = 0.05;  // resolution of the tip [px]
 constexpr double kTryPeriod = 1;    // time between attempts to measure the baseline [s]
-constexpr int kTries = 10;          // of the rest state, until it is given up
+constexpr int kTries = 10;          // attempts to measure the rest state
 
 std::unique_ptr<FrameSource> Open(const Scene& scene, const SenseInputs& inputs) {
   if (inputs.player != nullptr) return Tapped(inputs.player->OpenFrames(), inputs.tap);
@@ -38,13 +38,13 @@ Frame FirstImageOf(FrameSource& source) {
   return *std::move(first);
 }
 
-// The tip in the first image: at its home, unless a template is searched.
+// Returns the tip in the first image: at its home, unless a template is searched.
 std::optional<Eigen::Vector3d> ReportedTip(const Scene& scene) {
   if (scene.sense.Find<TipTracking>()->template_file.empty()) return scene.manipulator.home;
   return std::nullopt;
 }
 
-// `local` with the object `offset` from rest [m], as the successor of `last`.
+// Returns `local` with the object displaced from rest by `offset` [m], as the successor of `last`.
 LocalModel Moved(LocalModel local, const Eigen::Vector3d& offset, const LocalModel& last) {
   if (!local.known()) return local;
   local.reference += offset;

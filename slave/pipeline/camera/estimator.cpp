@@ -13,7 +13,7 @@
 namespace palpate {
 namespace {
 
-// Gap to the surface from which on a tip surely touches nothing [sigma]. [by definition]
+// Gap above which a tip certainly does not touch the surface [sigma]. [by definition]
 constexpr double kFarSigmas = 3;
 // Observed share of the predicted indentation that excludes a puncture [-]. [tuned:
 // PuncturesAreReportedWithinAnImageAndTheForceIsZeroFromThere]
@@ -48,7 +48,7 @@ double HiddenDepth(double gap, double sigma) {
   return sigma * std::sqrt(std::max(0.0, (1 + z * z) * below - z * density));
 }
 
-// The measurements of the object's edge; `object` is null where the scene tracks no contour.
+// Reports the measurements of the object's edge. `object` is null if the scene tracks no contour.
 void ReportSighting(const ObjectSighting* object, CheckDetails* details) {
   details->contour = details->camera_motion = std::nullopt;
   if (object == nullptr || !object->known) return;
@@ -109,8 +109,8 @@ void Estimator::Adopt(std::unique_ptr<TouchModel> touch, const Scene& scene) {
 }
 
 void Estimator::ResumeContact() noexcept {
-  // Share of the body's size, above the surface: the contact begins at the same point again [-].
-  // [by definition]
+  // Height above the surface, relative to the body's size, from which a contact is begun again at
+  // the same point [-]. [by definition]
   constexpr double kAbove = 1e-6;
   const BoundaryPlace& last = press_.place;
   const double above = touch_->radius() + kAbove * touch_->mesh.length_unit;
@@ -192,8 +192,8 @@ const ContactEstimate& Estimator::Estimate(const Frame& frame, const CameraObser
   return estimate_;
 }
 
-// Predict: the indentation that the last contact has under the tip as it is now, and how the edge
-// moves with it.
+// Prediction: indentation of the last contact for the present tip, and the resulting motion of the
+// edge.
 void Estimator::PredictIndentation() noexcept {
   const TipObservation& tip = observation_.tip;
   if (!edge_ || !tip.found) return;
@@ -210,9 +210,9 @@ void Estimator::PredictIndentation() noexcept {
   if (touches && !rules_.broken()) predicted_O_ = displacement_O / view_.pixel();
 }
 
-// Measure: motion and indentation of the object's edge. A search where the indentation should be
-// does not find an edge without it: while a puncture is possible, the search that finds more
-// counts.
+// Measurement: motion and indentation of the object's edge. A search at the predicted indentation
+// does not find an edge without indentation. While a puncture is possible, both are searched, and
+// the one with more edge positions is used.
 void Estimator::MeasureEdge(const cv::Mat& image) noexcept {
   if (!edge_) return;
   auto match = edge_->Measure(image, tool_, predicted_O_);
@@ -228,15 +228,15 @@ void Estimator::MeasureEdge(const cv::Mat& image) noexcept {
   edge_->Accept(match);
 }
 
-// The tip without the motion of the image. A rough one, under a cover, is replaced by the observed
-// indentation.
+// Returns the tip without the motion of the image. The inaccurate tip of a covered tool is replaced
+// by the observed indentation.
 Estimator::CompensatedTip Estimator::CompensateMotion() const noexcept {
   const TipObservation& tip = observation_.tip;
   CompensatedTip compensated{tip.p_I, tip.sigma,
                              tip.sigma * tip.sigma * Eigen::Matrix2d::Identity()};
   if (!edge_) return compensated;
   const ObjectSighting& object = edge_->sighting();
-  // The template stays as large as it was, the tool in a zoomed image does not.
+  // In a zoomed image the tool has another size than the template.
   const Eigen::Vector2d grown = std::expm1(object.motion.growth) * tip.lever;
   const double blur = kBlurMoves * std::max(0.0, 1 - object.sharpness);
   compensated.p_I = object.motion.Back(tip.p_I + grown);
@@ -293,7 +293,7 @@ std::optional<EncoderInnovation> Estimator::Innovation() const noexcept {
       registration.sigma() / tool_view_.pixel()};
 }
 
-// Along the surface's normal, into the object [unit of `indentation_O`].
+// Returns the component along the surface's normal, into the object [unit of `indentation_O`].
 double Estimator::DepthOf(const Eigen::Vector2d& indentation_O) const noexcept {
   return -indentation_O.dot(press_.place.normal_O);
 }
@@ -316,7 +316,7 @@ void Estimator::ForecastIndentation(const BoundaryPlace& place) noexcept {
   if (edge_) forecast_.Expect(place, tool_, registration_.X_SO, view_, touch_.get(), &*edge_);
 }
 
-// Sigma of the tip's distance from the surface [m], along the normal, where the force changes most.
+// Returns the sigma of the tip's distance from the surface along the normal [m].
 double Estimator::GapSigma(const BoundaryPlace& place,
                            const Eigen::Matrix2d& covariance) const noexcept {
   const Eigen::Vector3d p_S = registration_.X_SO * Planar(place.p_O);
@@ -347,14 +347,15 @@ Eigen::Vector2d Estimator::RolledBy(const Eigen::Vector2d& normal_O,
   return -touch_->radius() * sine * Eigen::Vector2d(-normal_O.y(), normal_O.x());
 }
 
-// The apex of a tool that points along `d_O` and has displaced the place by `displacement_O` [m].
+// Returns the apex of a tool that points along `d_O` and has displaced the place by
+// `displacement_O` [m].
 Eigen::Vector2d Estimator::TipOf(const BoundaryPlace& place, const Eigen::Vector2d& d_O,
                                  const Eigen::Vector2d& displacement_O) const noexcept {
   const Eigen::Vector2d& n = place.normal_O;
   return place.p_O + displacement_O - RolledBy(n, d_O) + touch_->radius() * (n + d_O);
 }
 
-// Since the tool touched at the place of the last contact.
+// Returns the motion of the tool since it touched at the place of the last contact.
 TouchModel::ToolMotion Estimator::MotionOf(const ToolPlace& tool) const noexcept {
   const Eigen::Vector2d& n = press_.place.normal_O;
   const Eigen::Vector2d rolled_O = RolledBy(n, tool.d_O);
@@ -384,7 +385,7 @@ double Estimator::CornerAhead() const noexcept {
   return touch_->reach() * std::abs(d.x() * n.y() - d.y() * n.x());
 }
 
-// Update: contact, force and local model.
+// Update of contact, force and local model.
 bool Estimator::UpdateContact(const CompensatedTip& tip) noexcept {
   Stopwatch lap;
   const Eigen::Isometry3d& X_SO = registration_.X_SO;
@@ -476,8 +477,8 @@ LocalModel Estimator::LocalAt(const Eigen::Vector3d& p_S_tip) noexcept {
 }
 
 bool Estimator::MakePatch(const Eigen::Vector3d& p_S_tip, SurfacePatch* patch) noexcept {
-  // A round tool's contact grows with the depth, which no patch describes, and `extruded` would
-  // have to prepare every cell: the plane follows the tool.
+  // Without a patch the plane follows the tool: the contact of a round tool grows with the depth,
+  // which no patch describes, and `extruded` would have to prepare every cell.
   if (!p_S_tip.allFinite() || touch_->indenter || touch_->prepares_places()) return false;
   touch_->probe->Reset();
   const Eigen::Vector3d p_O_tip = registration_.X_SO.inverse() * p_S_tip;

@@ -19,7 +19,8 @@ constexpr double kDeepens = 0.1;
 
 }  // namespace
 
-// Computes the displacements along the normal and, for a sticking contact, across it.
+// Computes the displacements along the normal and, for a sticking contact, in the tangential
+// direction.
 bool IndentationForecast::Take(const BoundaryPlace& place, double depth,
                                TouchModel* touch) noexcept {
   const Eigen::Vector3d n = Planar(place.normal_O), t(-n.y(), n.x(), 0);

@@ -32,7 +32,7 @@ void NumberSkin(const Scene& scene, TactileBody* body) {
   }
 }
 
-// The surface nearest to a finger at home.
+// Returns the surface point nearest to a finger at home.
 std::optional<TouchedPlace> PlaceOf(const Scene& scene, const SurfaceContact& contact,
                                     const Finger& finger) {
   return contact.Find(scene.object.X_SO.inverse() * finger.X_SF.translation(),
@@ -101,7 +101,7 @@ Scene InStepWithSamples(const Scene& scene) {
 
 std::unique_ptr<TactileBody> MakeTactileBody(const Scene& scene, Progress* progress) {
   Scene stepped = InStepWithSamples(scene);
-  stepped.tool.reset();  // of `solve` and `study`: fingertips touch here
+  stepped.tool.reset();  // the tool belongs to `solve` and `study`; here fingertips touch
   const ObjectMesh mesh = MeshObject(stepped, std::nullopt);
   const auto* solid = std::get_if<SolidMesh>(&mesh);
   if (solid == nullptr) {
@@ -117,7 +117,8 @@ std::unique_ptr<TactileBody> MakeTactileBody(const Scene& scene, Progress* progr
   try {
     body->deformation->Prefetch(FirstContacts(stepped, *body->contact));
     PrefetchStiffness(stepped, body.get());
-  } catch (const std::exception&) {  // fails again, with its reason, where it is touched
+    // The same failure is reported, with its reason, at the first contact.
+  } catch (const std::exception&) {
   }
   NumberSkin(stepped, body.get());
   body->larger_side = LargerSide(body->surface.nodes);

@@ -54,7 +54,7 @@ void TouchedObject::Touch(std::size_t i, const Isometry3d* X_SF,
   fingers_[i].Update(*body_->contact, X_SO_.inverse() * *X_SF, touch, body_->largest_force);
 }
 
-// A body at rest that nothing touches stays so; one in motion moves on.
+// A body at rest without contact is not computed; a body in motion is.
 void TouchedObject::Deform() noexcept {
   if (!body_) return;
   SeparateHeld();

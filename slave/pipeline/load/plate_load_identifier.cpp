@@ -110,9 +110,9 @@ double PlateLoadIdentifier::LawsShare(const SurfaceLoad& load) const noexcept {
                            .slenderness = plate_->thickness() / a});
 }
 
-// Scatter of the points in their sigmas. It is that of this image, if it is smaller than reported
-// and there are enough points, else that at rest. Scatter beyond the noise at rest is common to
-// neighbours, so it averages out more slowly.
+// Returns the scatter of the points relative to their sigmas: that of this image if it is smaller
+// than reported and there are enough points, else that at rest. Scatter beyond the noise at rest is
+// common to neighbours, so it averages out more slowly.
 double PlateLoadIdentifier::ScatterOf(const FitSample& sample) noexcept {
   const PlateFit& fit = *sample.plate;
   const double residual = fit.load.residual;

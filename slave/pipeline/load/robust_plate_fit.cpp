@@ -31,7 +31,7 @@ bool IsKnown(const LoadFit& load) {
 RobustPlateFit::RobustPlateFit(PlateSurface& plate, const PlateSurface::Tool& tool,
                                PlateSurface* finer, TighterPlate tighter)
     : plate_(plate), tighter_(tighter), tool_(tool), fitter_(plate, tool, finer) {
-  // Room for the solutions, before the first fit: a fit does not allocate.
+  // Allocates memory for the solutions, because a fit must not allocate.
   const Contact none = PlateSurface::ToolContact(Contact::Kind::kForce, {0, 0}, tool, 0);
   plate.Solve({&none, 1}, &coarse_);
   if (tighter.plate != nullptr) tighter.plate->Solve({&none, 1}, &tight_);
@@ -200,7 +200,8 @@ bool RobustPlateFit::FindOutliers(const LoadFit& load, Rim rim) noexcept {
   return kept_ < usable_;
 }
 
-// One standard deviation of a motion of all points together, by that of a point [-].
+// Returns the standard deviation of a common motion of all points, relative to that of one point
+// [-].
 double RobustPlateFit::SigmaOfMean(const LoadFit& load) const noexcept {
   const double scatter = std::clamp(load.residual, NoiseLimits::kMinScatter, PlateLimits::kPoorFit);
   return scatter * std::sqrt(3.0 / kept_);
@@ -267,7 +268,8 @@ NuisanceParameter RobustPlateFit::Growth(const LoadFit& load) const noexcept {
           PlateLimits::kGrowthShare * deepest_};
 }
 
-// The coarse plate against itself, so that no difference of modes is taken for tension.
+// Compares the coarse plate with itself, so that a different number of modes is not mistaken for
+// tension.
 void RobustPlateFit::EstimateTension(PlateFit* fit) noexcept {
   if (tighter_.plate == nullptr) return;
   const LoadFit& load = fit->load;

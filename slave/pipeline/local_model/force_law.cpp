@@ -6,7 +6,8 @@
 namespace palpate {
 namespace {
 
-constexpr double kVariance = 1e-8;  // of places, below which a slope says nothing [m^2]
+// Variance of positions below which a slope gives no information [m^2].
+constexpr double kVariance = 1e-8;
 constexpr double kSoftest = 300;    // stiffness before any estimate [N/m]
 constexpr double kStiffest = 5000;  // [N/m]
 constexpr double kMinForce = 1e-9;  // [N]

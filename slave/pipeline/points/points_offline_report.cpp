@@ -1,4 +1,4 @@
-// Results of a run over points: errors of their positions and of the forces.
+// Results of a run with tracked points: errors of positions and forces.
 #include <cmath>
 #include <limits>
 #include <map>
@@ -44,7 +44,7 @@ void AddLines(const std::vector<PressStep>& steps, std::vector<std::string>* lin
   }
 }
 
-// The truth of each pair, beside the estimate.
+// Compares the true values of each pair with the estimate.
 class Comparison {
  public:
   Comparison(const GroundTruth& truth, const Isometry3d& X_SO) : truth_(truth), X_SO_(X_SO) {}

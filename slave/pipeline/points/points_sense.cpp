@@ -26,8 +26,8 @@ std::unique_ptr<StereoSource> Open(const Scene& scene, const SenseInputs& inputs
   return Tapped(OpenSource(scene, inputs), inputs.tap);
 }
 
-// The shape of an object that is followed as a whole, without a model: the surface of the scene's
-// mesh, frame O. Empty where the scene has none.
+// Returns the shape of an object that is tracked as a whole without a model: the surface of the
+// scene's mesh, frame O. Empty if the scene has none.
 SurfaceMesh FollowedSurface(const Scene& scene) {
   const auto* geometry = std::get_if<MeshFileGeometry>(&scene.object.geometry);
   if (geometry == nullptr) return {};

@@ -21,7 +21,7 @@ namespace {
 
 // Pressure of the air [Pa]. [by definition]
 constexpr double kAtmosphere = 101'325;
-// Rings of triangles about the top [-], and triangles across the tool [-]. [tuned:
+// Number of rings of triangles around the top [-], and of triangles across the tool [-]. [tuned:
 // domed_scene_test]
 constexpr int kMinRings = 10, kMaxRings = 24;
 constexpr double kTrianglesUnderTool = 3;  // [-] [tuned: domed_scene_test]

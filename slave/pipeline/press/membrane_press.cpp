@@ -15,7 +15,7 @@
 namespace palpate {
 namespace {
 
-// Points of an estimate [-]. [derived: three unknowns, and some to spare]
+// Smallest number of points for an estimate [-]. [derived: three unknowns, and some to spare]
 constexpr int kMinPoints = 10;
 
 MembranePress::Params Checked(const MembranePress::Params& params) {
@@ -201,7 +201,7 @@ Eigen::Vector3d MembranePress::Interpolate(int node) noexcept {
   const std::optional<Paraboloid::Minimum> minimum = fit.Solve();
   if (!minimum) return nodes[at];
   const Eigen::Vector2d step = minimum->place / std::max(1.0, minimum->place.norm());
-  // The sum of squares falls by one at a distance of one sigma.
+  // The explained sum of squares decreases by one at a distance of one sigma.
   estimate_.sigma_place = edge * std::sqrt(2 / minimum->min_curvature);
   return nodes[at] + edge * (step[0] * e1 + step[1] * e2);
 }
@@ -262,7 +262,8 @@ PatchCompliance::PatchCompliance(const InflatedMembrane& membrane, double diamet
     if (membrane.IsHeld(j)) continue;
     const auto at = Index(j);
     std::vector<Share>& shares = shares_[at];
-    // Pressures act along each node's normal, so the force is their sum along the patch's normal.
+    // Pressures act along each node's normal, so the force is the sum of their components along the
+    // patch's normal.
     double sum = 0;
     for (int i = 0; i < static_cast<int>(nodes); ++i) {
       const auto node = Index(i);

@@ -12,7 +12,7 @@ namespace {
 using Eigen::Vector2d;
 using Eigen::Vector3d;
 
-// The first of the two depth steps around `depth`, of two or more.
+// Returns the first of the two depth steps around `depth`.
 std::size_t Below(const MembranePress& press, double depth) {
   const auto above = std::ranges::upper_bound(
       press.depth_steps, depth, {}, [](const auto& depth_step) { return depth_step->depth; });
@@ -33,7 +33,8 @@ double ForceOf(const MembranePress& press, int i) {
   return i < 0 ? -ForceOf(press, -i) : press.depth_steps[static_cast<std::size_t>(i)]->force;
 }
 
-// At a depth step: that of the polynomial through it and up to two depth steps on either side.
+// Returns the slope at a depth step: that of the polynomial through it and up to two depth steps on
+// either side.
 double Slope(const MembranePress& press, std::size_t depth_step) {
   const int at = static_cast<int>(depth_step),
             last = static_cast<int>(press.depth_steps.size()) - 1;
@@ -59,9 +60,10 @@ double Limited(double slope, double chord) {
   return share * chord;
 }
 
-// Weights of the depth steps from one before `below` to two after it, between it and the next one
-// at the part t of the way: a cubic with the slopes, at either end, of the parabola through that
-// depth step and its neighbours (at the first and the last depth step, through the three nearest).
+// Returns the interpolation weights of the depth steps from one before `below` to two after it, at
+// the fraction t between `below` and the next one. The cubic has at either end the slope of the
+// parabola through that depth step and its neighbours (at the first and the last depth step,
+// through the three nearest).
 
 using Weights = std::array<double, 4>;
 

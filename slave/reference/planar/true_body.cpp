@@ -152,7 +152,7 @@ double TrueBody::loop_length(int loop) const {
   return last.s + last.length();
 }
 
-// Parity of the edges that a ray to the right crosses.
+// Counts the edges that a ray to the right crosses; an odd number means inside.
 bool TrueBody::Contains(const Point& p) const noexcept {
   bool inside = false;
   for (const Edge& e : edges_) {

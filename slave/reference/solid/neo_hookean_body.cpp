@@ -98,8 +98,9 @@ bool NeoHookean::FromFree(const Matrix3d& H, bool with_tangent, Stress* stress) 
   return true;
 }
 
-// Arrays of one element. The stiffness between components a <= b of all its nodes is the product of
-// the shape functions' gradients with theirs times dP_a / dF_b, one such block beside the other.
+// Work arrays of one element. For components a <= b the stiffness of all its nodes is the product
+// of the shape functions' gradients and these gradients times dP_a / dF_b. The blocks are stored
+// side by side.
 struct NeoHookeanBody::Work {
   static constexpr std::array<int, 6> kFirst{0, 0, 0, 1, 1, 2}, kSecond{0, 1, 2, 1, 2, 2};
   // Numbers of the blocks that components (a, b) and (b, a) share.
@@ -120,7 +121,7 @@ struct NeoHookeanBody::Work {
   MatrixXd u, forces;  // 3 x nodes
   MatrixXd H;          // displacement gradients, 3 x (3 per point)
   MatrixXd P;          // stresses, times weights
-  MatrixXd turned;     // gradients times tangents, times weights: (nodes per block) x (3 per point)
+  MatrixXd turned;  // product of gradients, tangents and weights: (nodes per block) x (3 per point)
   MatrixXd stiffness;  // nodes x (nodes per block)
 };
 

@@ -10,7 +10,7 @@
 namespace palpate {
 namespace {
 
-// A third of each triangle around a node at rest [m^2].
+// Returns for each node a third of the area of the triangles around it, at rest [m^2].
 std::vector<double> AreasOf(const BoundaryShape& shape) {
   std::vector<double> areas(shape.rest.size() / 3, 0);
   if (shape.nodes_per_element != 3) return areas;

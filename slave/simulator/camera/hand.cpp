@@ -13,7 +13,7 @@ namespace {
 constexpr std::uint32_t kHandDraw = 0x6861;
 constexpr double kDrift = 2;         // amplitude of the drift, in tremors
 constexpr double kFirstShare = 0.6;  // of the first sine; the rest is the second's
-// Shadow: half width in parts of the image's diagonal, and how far beside the image it begins.
+// Shadow: half width relative to the image's diagonal, and start distance beside the image.
 constexpr double kShadowWidth = 0.2, kShadowBeside = 1.1;
 // The exposure notices the shadow late and compensates a part of it.
 constexpr double kLag = 0.4, kCompensated = 0.5;  // [s], [-]

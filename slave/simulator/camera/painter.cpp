@@ -23,7 +23,7 @@ using Point = Eigen::Vector2d;
 constexpr int kArcPieces = 48;        // of a round tool's end
 constexpr double kSmallTriangle = 4;  // [px]; larger ones are drawn in four
 
-// In the plane `behind` z = 0 [m].
+// Maps the plane at a distance `behind` z = 0 [m] to the image.
 Eigen::Affine2d ImageOfBody(const Camera& camera, const Eigen::Isometry2d& X_SO,
                             double behind = 0) {
   const CameraView view =

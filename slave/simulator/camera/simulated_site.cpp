@@ -26,12 +26,13 @@ namespace {
 
 using simulation::BoundaryPlace;
 
-constexpr double kAhead = 0.1;      // solve when the tip is this near, in parts of the larger side
-constexpr double kGoesAhead = 0.7;  // cosine to where it points
+// Distance at which a solution is started in advance, relative to the larger side.
+constexpr double kAhead = 0.1;
+constexpr double kGoesAhead = 0.7;    // smallest cosine between motion and pointing direction
 constexpr double kMaxDistance = 1e6;  // tips farther away are ignored; relative to the larger side
-constexpr int kStepsPerImage = 16;    // of a script: the tool's path is followed, not jumped
-constexpr int kSteps = 100;           // of a search for the place where a round end will touch
-constexpr double kTouches = 1e-6;     // distance that ends it, in radii
+constexpr int kStepsPerImage = 16;    // steps of a scripted tool between two images
+constexpr int kSteps = 100;        // steps of a search for the place where a round end will touch
+constexpr double kTouches = 1e-6;  // distance at which the search ends, in radii
 
 // See SiteOptions.
 double LampLight(double span, Time now) {
@@ -46,7 +47,7 @@ cv::Mat Shifted(const cv::Mat& image, const Eigen::Vector2d& shift) {
   return shifted;
 }
 
-// Force of the tool on the body, parts of E t [m].
+// Returns the force of the tool on the body divided by E t [m].
 Eigen::Vector2d ForceOf(const simulation::Pose& pose) {
   if (pose.contact->round) {
     return Touched(*pose.contact->round, pose.displacement_O, pose.turn).total();
@@ -95,7 +96,7 @@ struct SimulatedSite::State {
   [[nodiscard]] double Now() const {
     return scripted_t ? *scripted_t : SecondsBetween(begin, Clock::now());
   }
-  // On the body where it rests.
+  // Returns the position relative to the body at rest.
   [[nodiscard]] Eigen::Vector2d ToBody(const Eigen::Vector3d& p_S) const {
     return body.X_SO().inverse() * Eigen::Vector2d(p_S.head<2>());
   }
@@ -147,7 +148,7 @@ struct SimulatedSite::State {
   std::optional<double> scripted_t;      // [s]
   std::optional<BoundaryPlace> touched;  // place where the contact began
   double tilt_at_touch = 0;              // [rad]
-  bool was_outside = false;              // the tool, since it started
+  bool was_outside = false;              // whether the tool was outside the body since the start
   int insertion = 0;                     // number of the present or next insertion
 
   std::mutex mutex;  // guards the members that other threads read
@@ -164,8 +165,8 @@ bool SimulatedSite::State::Breaks(double next_depth) const {
   return embryo && next_depth > embryo->PunctureDepth(insertion);
 }
 
-// A round end touches as soon as its centre is as near as its radius: step by step as far as it
-// surely touches nothing.
+// A round end touches when the distance of its centre equals its radius. The search advances by
+// steps that are certainly free of contact.
 BoundaryPlace SimulatedSite::State::ExpectedPlace(const simulation::Pose& tool_at, double reach,
                                                   const Eigen::Vector2d& way_O) const {
   if (radius == 0) {
@@ -203,7 +204,7 @@ bool SimulatedSite::State::HasLeft(const simulation::Pose& next) const {
   return height > 0 && !(hand && radius == 0 && IsInside(next));
 }
 
-// Displacement and turn of the contact, as Touched has them.
+// Sets displacement and rotation of the contact, in the same convention as Touched.
 void SimulatedSite::State::Displace(simulation::Pose* next) const {
   const Eigen::Vector2d& n = touched->normal_O;
   const Eigen::Vector2d along(-n.y(), n.x());

@@ -96,7 +96,7 @@ class SolvedAhead {
     }
   }
 
-  std::mutex mutex_;  // guards what follows, and the contacts
+  std::mutex mutex_;  // guards the members below, and the contacts
   std::condition_variable_any changed_;
   std::deque<std::shared_ptr<Contact>> wishes_;  // newest first
   std::size_t kept_ = 0;

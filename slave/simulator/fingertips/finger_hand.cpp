@@ -15,7 +15,8 @@ Vector3d FromAxis(const RigidFinger& finger, const Vector3d& p_F) {
   return p_F - Vector3d(std::clamp(p_F.x(), -finger.length, 0.0), 0, 0);
 }
 
-constexpr int kThirds = 90;    // of an interval, until the deepest place is found
+// Reductions of the interval by a third until the deepest place is found.
+constexpr int kThirds = 90;
 constexpr int kHalvings = 60;  // halvings until the surface is located
 
 double SenseOf(Finger::Motion motion) {
@@ -92,7 +93,7 @@ double FingerHand::FirstTouch(std::size_t f, const Vector3d& lateral_O,
   const Vector3d d_F = -fingers[f].sense * (X_FO.linear() * approach_O);
   for (const Vector3d& p_O : nodes_O) {
     const Vector3d p_F = X_FO * p_O;
-    // Farther from the line than the finger is large: no need to look.
+    // A point farther from the line than the finger's size cannot be hit.
     const Vector3d beside = p_F - p_F.dot(d_F) * d_F;
     if (beside.norm() > shape.radius + shape.length) continue;
     first = std::min(first, Entry(shape, p_F, d_F));

@@ -60,7 +60,7 @@ class ForceCurve {
   }
   [[nodiscard]] double Chord(std::size_t i) const { return (F(i + 1) - F(i)) / Step(i); }
   [[nodiscard]] double Slope(std::size_t i) const {
-    if (i == 0) return 0;  // the first touch is soft
+    if (i == 0) return 0;  // the stiffness at the first contact is zero
     if (i + 1 == depth_steps_.size()) return Chord(i - 1);
     return MonotoneSlope(Chord(i - 1), Step(i - 1), Chord(i), Step(i));
   }
@@ -75,9 +75,9 @@ constexpr std::size_t kMaxKept = 8;  // series
 constexpr std::array kFirstDepthSteps{0.02, 0.05, 0.09, 0.14, 0.20, 0.28, 0.38, 0.50};
 constexpr double kEvery = 0.14;    // radii
 constexpr int kMaxHalvings = 4;    // of a step that finds no equilibrium
-constexpr double kSameWay = 1e-6;  // radii: depth steps nearer than this are one
+constexpr double kSameWay = 1e-6;  // depth steps closer than this are one [radii]
 
-// Two unit vectors across `axis`.
+// Returns two unit vectors normal to `axis`.
 std::array<Vector3d, 2> Across(const Vector3d& axis) {
   const Vector3d first = axis.unitOrthogonal();
   return {first, axis.cross(first)};
@@ -137,13 +137,13 @@ LoadPathCache::Key LoadPathCache::KeyOf(const Vector3d& h_O) const {
   return {multiple(beside_O_[0]), multiple(beside_O_[1])};
 }
 
-// Every finger's first touch is a depth step of its own: forces have a kink there.
+// Adds a depth step at every finger's first contact, where the force curve has a kink.
 std::vector<double> LoadPathCache::WaysOf(const Vector3d& lateral_O, const RestBody& body) const {
   const FingerHand& hand = object_.hand();
   std::vector<double> ways;
   for (std::size_t f = 0; f < hand.fingers.size(); ++f) {
     const double touch = hand.FirstTouch(f, lateral_O, body.touchable_O);
-    // A contact of an opposite finger before home is in the past.
+    // A contact of an opposite finger before home has already ended.
     const bool is_behind = hand.fingers[f].sense < 0 && touch < 0;
     if (std::isfinite(touch) && !is_behind) ways.push_back(touch);
   }

@@ -18,15 +18,17 @@ using Eigen::Isometry3d;
 using Eigen::Vector3d;
 using Eigen::VectorXd;
 
-constexpr double kResidual = 1e-5;     // of the reactions
-constexpr double kRoughly = 1e-2;      // the same while it is still found who touches
-constexpr double kInPlace = 1e-12;     // of the body: bonded nodes nearer than this are there
-constexpr int kMaxSteps = 30;          // of Newton's method
-constexpr int kMaxHalvings = 10;       // of one of them
-constexpr double kLess = 1e-4;         // of a step's length by which it must lessen the residual
-constexpr double kPenetration = 2e-3;  // radii that count as touching, not as inside
-constexpr double kPull = 1e-3;         // of the largest reaction that counts as pulling
-constexpr int kMaxPasses = 12;         // of who touches and who does not
+constexpr double kResidual = 1e-5;  // of the reactions
+constexpr double kRoughly = 1e-2;   // the same while the touching nodes are still being determined
+// Relative to the body: bonded nodes closer than this have reached their goal.
+constexpr double kInPlace = 1e-12;
+constexpr int kMaxSteps = 30;     // of Newton's method
+constexpr int kMaxHalvings = 10;  // of one of them
+constexpr double kLess = 1e-4;    // smallest decrease of the residual relative to the step's length
+constexpr double kPenetration = 2e-3;  // penetration that still counts as touching [radii]
+// Pull relative to the largest reaction above which a node is released.
+constexpr double kPull = 1e-3;
+constexpr int kMaxPasses = 12;  // rounds of determining the touching nodes
 
 double LargerSide(const SiteMesh& mesh) {
   if (mesh.elements.empty()) throw std::invalid_argument("mesh: expected at least one element");
@@ -84,7 +86,7 @@ std::vector<std::vector<int>> NeighboursOf(const SiteMesh& mesh) {
   return neighbours;
 }
 
-// Nodes by their unknowns: those that can move in the order of their elimination, then the others.
+// Numbering of nodes: movable nodes in the order of elimination, then the others.
 struct Numbering {
   Numbering(const SiteMesh& mesh, const PressedBody::Held& held) : number(mesh.nodes.size()) {
     const auto stays = [&](int node) { return held[Index(node)] == std::array{true, true, true}; };
@@ -101,7 +103,7 @@ struct Numbering {
 struct Bond {
   int finger = -1;  // -1: free
   Vector3d p_F{0, 0, 0};
-  bool was_released = false;  // in this Press
+  bool was_released = false;  // during this press
 };
 
 }  // namespace

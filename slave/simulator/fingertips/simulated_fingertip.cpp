@@ -13,11 +13,12 @@ namespace {
 
 using Eigen::Vector3d;
 
-constexpr double kLength = 16e-3;  // of the cylinder that the skin covers [m]
-// Upward normal above which the skin begins to be, and is wholly, bonded to the nail.
+constexpr double kLength = 16e-3;  // length of the cylinder covered by skin [m]
+// Upward component of the normal above which the skin is partly, and completely, bonded to the
+// nail.
 constexpr double kNailBegins = 0.1, kNail = 0.6;
-// Signal of the pad's centre relative to that of its sides. Foam recording: the electrodes of the
-// sides rise two to ten times as much as those of the middle.
+// Signal of the pad's centre relative to that of its sides. Foam recording: the electrodes at the
+// sides rise two to ten times as much as those at the centre.
 constexpr double kPadBulge = 0.15;
 
 double FreedomAt(const Vector3d& n_F) {
@@ -79,10 +80,11 @@ using Field = std::array<double, SkinSurface::kCount>;
 // presses, force measured, 0 to 0.92 N, first 15 s) and to a recording of a fingertip pressed
 // against a plate ("plate": normal measured, force not). Counts are raw counts.
 
-// Noise and starts. Foam, the four fingers at rest: differences of neighbouring samples over
-// sqrt 2 are 0.7 to 1.2 counts for electrodes with rounding, 0.8 to 1.8 for pdc, 9 to 16 for pac0;
-// means over 0.5 s wander by 0.33 to 0.70 counts in 10 s, of which 0.19 is noise. The five fingers'
-// rest values: electrodes 3268 +- 150 over the layout, pdc 1863 to 2349, pac0 2014 to 2024.
+// Noise and rest values. Foam, the four fingers at rest: differences of neighbouring samples
+// divided by sqrt 2 are 0.7 to 1.2 counts for electrodes with rounding, 0.8 to 1.8 for pdc, 9 to 16
+// for pac0; means over 0.5 s wander by 0.33 to 0.70 counts in 10 s, of which 0.19 is noise. The
+// five fingers' rest values: electrodes 3268 +- 150 over the layout, pdc 1863 to 2349, pac0 2014 to
+// 2024.
 constexpr double kElectrodeNoise = 0.87, kPdcNoise = 1.2, kPacNoise = 11;  // [counts]
 constexpr double kElectrodeDrift = 0.15, kPdcDrift = 0.15;                 // [counts/sqrt(s)]
 constexpr double kElectrodeRest = 3270, kElectrodeSpread = 150;            // [counts]
@@ -111,7 +113,7 @@ constexpr double kHalfGap = 0.26, kPath = 0.6;
 // Time. Foam, holds of 1.3 to 2.3 s: electrodes per force creep by 4 to 6 %, a tenth of their
 // change is left 0.4 s after release and half of that seconds later; pdc per force falls by 1 to
 // 1.5 %.
-constexpr double kMaxStep = 60;                 // more counts as this much [s]
+constexpr double kMaxStep = 60;                 // longer steps count as this [s]
 constexpr double kCreep = 0.1, kCreepTime = 2;  // [-], [s]
 constexpr double kRelaxation = 0.015;           // of the pressure [-]
 // Foam: pdc has 144 to 150 counts/N and lags pac0 by two samples; pac0 changes by -0.9 to -1.0
@@ -148,7 +150,7 @@ void Press(const SkinSurface& skin, const FingertipLoad& load, Field* strain) no
     const Vector3d r = skin.p_F[i] - load.p_F;
     const double x = 1 + r.squaredNorm() / width_squared;
     const double kernel = kCompliance / (width_squared * x * std::sqrt(x));
-    // Skin that is dragged along bunches up ahead of the contact and thins behind it.
+    // Dragged skin becomes thicker ahead of the contact and thinner behind it.
     (*strain)[i] = skin.freedom[i] * kernel * (normal - shear.dot(r));
   }
 }

@@ -17,9 +17,9 @@ namespace {
 
 using Eigen::Vector3d;
 
-constexpr double kSame = 1e-3;  // edges: focuses nearer than this are one
+constexpr double kSame = 1e-3;  // focus points closer than this are one [edges]
 constexpr int kSamples = 400;   // of an integral along one axis
-// A cubic tetrahedron has the nodes of so many linear ones.
+// Number of linear tetrahedra with as many nodes as a cubic one.
 constexpr std::size_t kCubicShare = 16;
 
 double EdgeAt(double t, std::span<const double> focuses, const SiteResolution& resolution) {
@@ -73,7 +73,7 @@ std::vector<int> ShareOut(const std::vector<Stretch>& stretches, int cells) {
   return shares;
 }
 
-// Between the ends of hexahedra, in steps of their nodes.
+// Returns the position at `step`, counted in nodes, between the hexahedra's boundaries.
 double PlaceAt(const std::vector<double>& ends, double step) {
   const auto node = static_cast<std::size_t>(std::lround(step));
   const std::size_t end = node / kHexahedronDegree, beyond = node % kHexahedronDegree;
@@ -88,7 +88,8 @@ class LatticeNodes {
   LatticeNodes(const std::vector<Vector3d>& corners, int degree)
       : corners_(corners), degree_(degree) {}
 
-  // At so many steps from corners.front() towards each of the others.
+  // Returns the node at these numbers of steps from corners.front() towards each of the other
+  // corners.
   int At(std::span<const int> corners, std::initializer_list<int> steps) {
     std::vector<std::pair<int, int>> shares{
         {corners[0], degree_ - std::accumulate(steps.begin(), steps.end(), 0)}};

@@ -25,7 +25,7 @@ constexpr double kFriction = 1;        // of the skin on the object [-]
 constexpr double kMaxDistance = 1e6;   // positions farther from home are ignored [m]
 constexpr double kMinDepth = 0.01;     // smallest depth of the solved steps [m]
 constexpr double kDepthReserve = 1.5;  // the same in multiples of operator.press.depth
-constexpr double kMaxOfBody = 0.6;     // limit of both, as part of the body's size
+constexpr double kMaxOfBody = 0.6;     // limit of both, relative to the body's size
 
 // Position of the hand and its contacts.
 struct HandState {

@@ -75,7 +75,7 @@ void CheckObject(const Object& object) {
   }
 }
 
-// The surface before it is refined.
+// Returns the surface before refinement.
 SurfaceMesh PlainSurface(const Geometry& geometry) {
   if (const auto* box = std::get_if<BoxGeometry>(&geometry)) {
     return SurfaceOf(MeshBox(box->size, {1, 1, 1}));

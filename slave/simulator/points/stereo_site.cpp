@@ -41,7 +41,7 @@ class Stage {
   [[nodiscard]] virtual Vector3d TrueDisplacement(const Eigen::Vector2d& /*p_O*/) const {
     return Vector3d::Zero();
   }
-  // The world as it will be painted from here on, `seconds` after the first images.
+  // Sets the state that is painted from now on, `seconds` after the first images.
   virtual void Hold(double seconds) = 0;
   virtual const cv::Mat& Paint(std::size_t eye) = 0;
 };
@@ -193,16 +193,16 @@ std::vector<double> StepsTo(double depth) {
   return depths;
 }
 
-// Straight below home, `depth` below the rest plane.
+// Returns the tip position straight below home, `depth` below the rest plane.
 Vector3d TipAt(const Scene& scene, double depth) {
   const Isometry3d X_SO = TruePose(scene);
   const Vector3d p_O_home = X_SO.inverse() * scene.manipulator.home;
   return X_SO * Vector3d(p_O_home.x(), p_O_home.y(), -depth);
 }
 
-// A press without an operator, where the tip is in each pair. It waits at manipulator.home, moves
-// straight down to the point below it, on in steps to operator.press.depth, back in the same steps,
-// and home.
+// Returns the tip position in each pair of a press without an operator. The tip waits at
+// manipulator.home, moves straight down to the surface and in steps to operator.press.depth, then
+// back in the same steps and home.
 std::vector<Vector3d> ScriptedTips(const Scene& scene) {
   const std::vector<double> depths = StepsTo(scene.operator_options.press_depth);
   std::vector<Vector3d> tips(kRest, scene.manipulator.home);

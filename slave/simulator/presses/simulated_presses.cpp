@@ -21,10 +21,10 @@ constexpr double kBackwards = 14e-3;        // furthest place behind the tip's s
 constexpr double kSoftest = 2e3;            // objects' modulus E / (1 - nu^2): foam [Pa]
 constexpr double kHardest = 1e7;            // hard rubber; the skin itself yields more [Pa]
 constexpr double kWidestProbe = 3e-3, kWidestContact = 12e-3;  // radii [m]
-constexpr double kFlattest = 2.2;   // width of contact on a flat object, by that on a sphere
+constexpr double kFlattest = 2.2;   // contact width on a flat object relative to that on a sphere
 constexpr double kLonger = 1.5;     // factor on the width if the whole pad touches
-constexpr double kGentlest = 0.01;  // peak of a press, parts of the largest one
-constexpr double kFriction = 0.5;   // largest tangential force, parts of the normal one
+constexpr double kGentlest = 0.01;  // smallest peak force, relative to the largest one
+constexpr double kFriction = 0.5;   // largest tangential force, relative to the normal one
 
 class Dice {
  public:
@@ -32,7 +32,7 @@ class Dice {
   double Between(double low, double high) {
     return low + (high - low) * (static_cast<double>(random_() >> 11) * 0x1p-53);
   }
-  // Draws between `low` and `high`, evenly in the logarithm.
+  // Draws a number between `low` and `high` with uniformly distributed logarithm.
   double Ratio(double low, double high) { return low * std::pow(high / low, Between(0, 1)); }
 
  private:
@@ -62,7 +62,7 @@ class Wave {
   std::array<Part, 2> parts_{};
 };
 
-// One press from the first touch to the last.
+// One press from the first to the last contact sample.
 class Press {
  public:
   Press(double largest_force, Dice* dice)

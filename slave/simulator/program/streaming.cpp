@@ -27,7 +27,7 @@ namespace palpate {
 namespace {
 
 constexpr double kReportRate = 500;             // of the manipulator [Hz]
-constexpr std::chrono::milliseconds kPoll{50};  // of the slave's status
+constexpr std::chrono::milliseconds kPoll{50};  // polling period of the slave's status
 
 // Measures the delay from the time of a sample to its sending, which is the cost of the simulation.
 class Delay {
@@ -65,7 +65,7 @@ void FeedFrom(Source& source, const Slave& slave, const std::stop_token& stop) {
 void FeedFrom(TactileSource& source, const std::vector<Finger>& fingers, const Slave& slave,
               const std::stop_token& stop) {
   Delay delay;
-  std::deque<v1::TactileSample> waiting;  // of the same instant
+  std::deque<v1::TactileSample> waiting;  // samples of the same time
   (void)slave.FeedFingertips([&]() -> std::optional<v1::TactileSample> {
     if (waiting.empty()) {
       const auto frame = source.Next(stop);
@@ -171,7 +171,7 @@ void AwaitEstimates(const Slave& slave, std::uint64_t frames, bool has_force,
   }
 }
 
-// A person presses again and again.
+// Simulates a person who presses repeatedly.
 void PressByItself(const Scene& scene, SimulatedEnvironment& environment,
                    const std::stop_token& stop) {
   if (!scene.sense.Find<Camera>()) {

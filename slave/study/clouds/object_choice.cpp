@@ -15,7 +15,7 @@ using Eigen::Vector3d;
 constexpr double kFar = std::numeric_limits<double>::infinity();
 
 struct Region {
-  double points = 0, inside = 0;      // of the box
+  double points = 0, inside = 0;      // number of points of the region, and of those in the box
   Vector3d place = Vector3d::Zero();  // sum of the points, frame of the box
 };
 

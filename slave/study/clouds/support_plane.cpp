@@ -14,10 +14,10 @@ namespace palpate::study {
 namespace {
 
 constexpr int kPlanes = 3;
-constexpr double kShare = 0.1;   // of the points in a plane
+constexpr double kShare = 0.1;   // smallest share of the points in a supporting plane
 constexpr double kExtent = 0.3;  // [m]
 
-// The median along each axis.
+// Returns the median along each axis.
 Eigen::Vector3f Middle(const PointCloud& cloud, const pcl::Indices& points) {
   Eigen::Vector3f middle;
   for (int axis = 0; axis < 3; ++axis) {

@@ -28,7 +28,7 @@ constexpr double kUnitTolerance = 0.05;  // of a normal's length: files print th
 
 using Row = std::array<double, 6>;  // x y z [mm], nx ny nz
 
-// 0 for E1 or c1; nothing for names of no channel.
+// Returns 0 for E1 or c1; nullopt for other names.
 std::optional<std::size_t> ChannelOf(std::string_view name, const TactileChannels& channels) {
   for (int i = 0; i < channels.count; ++i) {
     if (name == channels.NameOf(i)) return static_cast<std::size_t>(i);
@@ -36,7 +36,7 @@ std::optional<std::size_t> ChannelOf(std::string_view name, const TactileChannel
   return std::nullopt;
 }
 
-// Behind the name.
+// Parses the numbers after the name.
 std::optional<Row> ParseRow(const std::vector<std::string_view>& cells) {
   Row row{};
   if (cells.size() != row.size() + 1) return std::nullopt;
@@ -48,7 +48,7 @@ std::optional<Row> ParseRow(const std::vector<std::string_view>& cells) {
   return row;
 }
 
-// Throws std::runtime_error `file:line: ...`: one line about electrode `name` is no place.
+// Throws std::runtime_error `file:line: ...`: the line of electrode `name` contains no position.
 void RequirePlace(const CsvLines& lines, const std::string& name, const std::optional<Row>& row) {
   if (!row) lines.Fail(Shown(lines.text()) + ": expected NAME,x,y,z,nx,ny,nz in millimetres");
   const auto& [x, y, z, nx, ny, nz] = *row;
@@ -81,14 +81,15 @@ struct Site {
   double azimuth;
 };
 constexpr std::array<Site, kElectrodeCount> kSites{{
-    {true, 62, 0},       {true, 36, -38},     {true, 36, 38},  // round the tip
+    {true, 62, 0},       {true, 36, -38},     {true, 36, 38},  // around the tip
     {true, 18, -82},     {true, 18, 82},      {true, 12, 0},   // and down its sides
     {false, -0.30, -42}, {false, -0.30, 42},                   // pad and its flanks, backwards
     {false, -0.62, 0},   {false, -0.70, -84}, {false, -0.70, 84},  {false, -0.98, -42},
     {false, -0.98, 42},  {false, -1.32, 0},   {false, -1.38, -84}, {false, -1.38, 84},
     {false, -1.66, -42}, {false, -1.66, 42},  {false, -2.00, 0},
 }};
-// Core's radius over the finger's. [-] [tuned: SimulatedElectrodesAreSpreadUnderTheSkinAtAnySize]
+// Ratio of the core's radius to the finger's. [-] [tuned:
+// SimulatedElectrodesAreSpreadUnderTheSkinAtAnySize]
 constexpr double kCore = 0.78;
 
 }  // namespace

@@ -31,10 +31,10 @@ double PressureWeightedSigma(double counts) noexcept {
 // Change of full intensity [counts]. [paper: B, III.A.2]
 constexpr double kFullScale = 200;
 
-// Paper B, equations (1) to (4), as the paper and its authors' code compute them. Active are the
-// electrodes that fell by more than the threshold; intensity is how far, over full scale, at most
-// 1. Flawed also where all of several active electrodes are beyond full scale: their intensities
-// are no longer informative.
+// Paper B, equations (1) to (4), as the paper and its authors' code compute them. Electrodes that
+// fell by more than the threshold are active. The intensity is their fall divided by the full
+// scale, at most 1. The result is also flawed if all of several active electrodes are beyond full
+// scale, because their intensities give no information.
 class PaperLocaliser final : public Localiser {
  public:
   PaperLocaliser(const Tactile& tactile, const ElectrodeLayout& layout)

@@ -94,7 +94,7 @@ double LargestSigma(const Eigen::Matrix3d& covariance) {
   return std::sqrt(std::max(0.0, solver.eigenvalues()[2]));
 }
 
-// From the poses that are found without one of the positions each.
+// Computes sigmas by the jackknife: from the poses found without one position each.
 void SetSigmas(const Way& way, const Points& p_S, const Indices& used, CameraRegistration* r) {
   r->sigma_angle = r->sigma_place = HUGE_VAL;
   if (used.size() <= way.fewest) return;
@@ -197,7 +197,7 @@ void CheckOtherPose(const Way& way, const Points& p_S, const Indices& used, Came
         Eigen::AngleAxisd(r->X_SC.linear().transpose() * other.X_SC.linear()).angle();
     constexpr double kSame = 1e-3;  // [rad]: smaller differences are the same minimum
     const double rms = RmsOf(way, other, p_S, used);
-    // Accepted: the other one misses by three sigma more.
+    // Accepted if the residual of the other pose is larger by three sigma.
     if (angle < kSame || rms > r->rms * std::sqrt(1 + 9 / spare) + 1e-12) continue;
     r->reasons.push_back(
         fmt::format("a second pose, rotated by {:.3g} deg, fits nearly as well ({:.3g} mm rms): "

@@ -19,7 +19,7 @@ double Miss(const Eigen::Vector3d& plane, const Eigen::Vector3d& sample) {
   return sample[2] - plane[0] * sample[0] - plane[1] * sample[1] - plane[2];
 }
 
-// Least squares; nullopt: fewer samples than `least`, or all about on a line.
+// Fits a plane by least squares; nullopt: fewer samples than `least`, or nearly collinear ones.
 std::optional<Eigen::Vector3d> FitPlane(const std::vector<Eigen::Vector3d>& samples, int least) {
   const auto count = static_cast<double>(samples.size());
   if (count < std::max(3, least)) return std::nullopt;
@@ -177,7 +177,8 @@ std::optional<CellShift::Mean> CellShift::Of(const cv::Mat& depth, const RestDep
   const auto begin = changes_.begin();
   const auto count = end - begin;
   if (count < std::max(1, least)) return std::nullopt;
-  // The median only says where to look: a third of the pixels, of every row and column some, do.
+  // The median is only a start value, so a third of the pixels, distributed over all rows and
+  // columns, is sufficient.
   constexpr std::ptrdiff_t kPlenty = 128;
   const std::ptrdiff_t step = count >= kPlenty ? 3 : 1;
   const auto first = sample_.begin();
@@ -237,7 +238,7 @@ const SurfaceObservation& DepthPoints::Observe(const cv::Mat& depth) noexcept tr
   }
   observation_.found = seen >= 3 && 10 * seen >= cells_.size();
   return observation_;
-} catch (const std::exception&) {  // no memory for the rest frame
+} catch (const std::exception&) {  // out of memory for the rest frame
   Reset();
   return observation_;
 }

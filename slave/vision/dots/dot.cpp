@@ -16,23 +16,24 @@ constexpr double kReach = 2;     // distance within which a sharp dot's edge end
 constexpr double kMaxReach = 8;  // and a blurred one's [px]
 // The reach of a blurred edge, in sigma of its blur [-]. [tuned: BlurDoesNotMoveADot]
 constexpr double kReachInBlurs = 2.65;
-constexpr double kWider = 0.3;  // a reach that is worth another look [px]
-// The ring of ground about that [px]. [tuned: LightThatFallsAcrossTheImageLosesNoDot]
+constexpr double kWider = 0.3;  // growth of the reach for which the dot is measured again [px]
+// Width of the background ring around it [px]. [tuned: LightThatFallsAcrossTheImageLosesNoDot]
 constexpr double kRing = 3;
-// Distance to an edge that passes by within which pixels fade out [px]. [tuned:
+// Distance to a nearby edge within which pixel weights decrease to zero [px]. [tuned:
 // AnEdgeBesideADotDoesNotPullItInNoise]
 constexpr double kFade = 1.4;
 // Largest deviation of a dot's edge from an ellipse [px]. [tuned:
 // EvenlyFallingLightDoesNotPullADot]
 constexpr double kRagged = 1;
 constexpr double kForeignInDot = 0.01;  // share of the dot's area that may deviate more
-constexpr int kLooks = 3;               // each with a reach by the blur that the last one saw
-constexpr int kRounds = 3;              // of a window that cuts the dot's edge
-constexpr double kSigmaFloor = 0.003;   // error by the uneven response of pixels [px]
+// Number of measurements, each with the reach for the blur found by the previous one.
+constexpr int kLooks = 3;
+constexpr int kRounds = 3;             // iterations for a window that cuts the dot's edge
+constexpr double kSigmaFloor = 0.003;  // error by the uneven response of pixels [px]
 
 struct Axes {
   double longer = 0, shorter = 0;  // half axes [px]
-  double cosine = 1, sine = 0;     // of the longer one
+  double cosine = 1, sine = 0;     // direction of the longer axis
 };
 
 Axes AxesOf(const Eigen::Matrix2d& shape) noexcept {
@@ -47,7 +48,7 @@ Axes AxesOf(const Eigen::Matrix2d& shape) noexcept {
 // { d : d' A d <= 1 }, an ellipse about the origin, cut by rows.
 struct Ellipse {
   double a = 0, b = 0, c = 0;  // A = [a b; b c]
-  double height = 0;           // half extent: it ends at |dy| = height
+  double height = 0;           // half height of the ellipse
 
   Ellipse(const Axes& axes, double wider) noexcept {
     const double p = 1 / std::pow(axes.longer + wider, 2);
@@ -73,14 +74,14 @@ struct Ellipse {
   }
 };
 
-// Light dots are examined as dark ones of the negative.
+// Light dots are measured as dark dots in the negative image.
 struct Negative {
   double sign, offset;
   explicit Negative(DotTone tone) noexcept
       : sign(tone == DotTone::kDark ? 1 : -1), offset(tone == DotTone::kDark ? 0 : 255) {}
   [[nodiscard]] double operator()(double level) const { return offset + sign * level; }
-  // Scales a dark dot's difference from its ground to the ground level at `middle`, because
-  // illumination scales both. Light dots may be on a black ground, so they are not scaled.
+  // Scales a dark dot's difference from the background to the background level at `middle`, because
+  // illumination scales both. Light dots may have a black background, so they are not scaled.
   [[nodiscard]] double Evenly(double difference, double ground, double middle) const {
     return sign > 0 && 2 * ground > middle ? difference * middle / ground : difference;
   }
@@ -148,14 +149,14 @@ bool FitGround(const Window& w, double threshold, GroundRing* ground, double* in
 // and moments about w.centre.
 struct Weighed {
   double sum = 0, x = 0, y = 0;
-  double spread = 0;  // of the pixels
+  double spread = 0;  // second moment of the pixels
   int foreign = 0;    // dark pixels outside of the dot, or bright ones inside
-  int edge = 0;       // pixels between dot and ground, where the ring is ground
+  int edge = 0;       // pixels between dot and background, where the ring is background
 };
 
-// In sectors whose ring is not ground the radius is reduced, and in the opposite sectors as well,
-// so that the blurred edge is cut symmetrically. The cut is soft, because whole pixels would cause
-// steps.
+// In sectors whose ring is not background the radius is reduced, and in the opposite sectors as
+// well, so that the blurred edge is cut symmetrically. The cut is soft, because whole pixels would
+// cause steps.
 Weighed Weigh(const Window& w, const Eigen::Vector2d& middle, const GroundRing& ring,
               double contrast) noexcept {
   const Ellipse edge(w.axes, w.reach), hull(w.axes, kRagged), beside(w.axes, 0);

@@ -15,8 +15,8 @@ namespace {
 // Darkest and lightest level are found on a raster, in a square about as wide as two dots.
 // [px], [raster] [tuned: CentroidsOfEllipsesWithoutNoiseAreExact]
 constexpr int kRaster = 4, kSquare = 9;
-// Around the region of a dot, so that its own window shows ground on all sides [px]. [tuned:
-// LightThatFallsAcrossTheImageLosesNoDot]
+// Margin around the region of a dot, so that its window contains background on all sides [px].
+// [tuned: LightThatFallsAcrossTheImageLosesNoDot]
 constexpr int kMargin = 3;
 
 bool IsGrey(const cv::Mat& image) {
@@ -60,7 +60,7 @@ bool DotFinder::Find(const cv::Mat& image, std::vector<Dot>* dots) noexcept try 
 }
 
 // The threshold is halfway between the darkest and the lightest level nearby. The mean in
-// cv::adaptiveThreshold fails where the ground becomes lighter beside a dot.
+// cv::adaptiveThreshold fails where the background becomes lighter beside a dot.
 void DotFinder::Binarise(const cv::Mat& image) {
   const cv::Size raster((image.cols + kRaster - 1) / kRaster, (image.rows + kRaster - 1) / kRaster);
   const auto square = [](int edge) {

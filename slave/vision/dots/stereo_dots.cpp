@@ -42,7 +42,7 @@ StereoDots::Params Checked(StereoDots::Params params) {
   return params;
 }
 
-// The dots of the array at rest, seen by the left and the right camera [px].
+// Returns the image positions of the array's dots at rest in the left and the right camera [px].
 std::array<std::vector<Eigen::Vector2d>, 2> Projected(const StereoDots::Params& params) {
   const Eigen::Isometry3d X_LO = params.X_SL.inverse() * params.X_SO;
   std::array<std::vector<Eigen::Vector2d>, 2> places;

@@ -6,7 +6,7 @@ namespace palpate {
 namespace {
 
 constexpr double kClosest = 20;  // [1/baselines] [derived: nearer than any lens focuses]
-constexpr int kHalvings = 40;    // of one step
+constexpr int kHalvings = 40;    // halvings of one step
 
 // Returns the warp of the window at a position on the line, for a surface that faces the first
 // camera.
@@ -102,8 +102,8 @@ std::optional<PatchWarp> SearchEpipolar(const Lens& from, const Lens& to,
                                         const Eigen::Isometry3d& X_TF, const PatchWarp& seen,
                                         PatchAligner& window, const ImagePyramid& image, int level,
                                         const EpipolarOptions& options) noexcept {
-  const double step = 1 << level;  // a pixel of the level
-  const double apart = 3 * step;   // distance from which it is another peak
+  const double step = 1 << level;  // one pixel at this level
+  const double apart = 3 * step;   // distance beyond which a peak counts as another one
   // The longest line crosses the image; its part outside has the same limit.
   const int max_steps = 4 * (to.size[0] + to.size[1]);
   EpipolarLine line(from, to, X_TF, seen.p);

@@ -30,7 +30,8 @@ void Check(const SsdOptions& options) {
   Require(options.search_radius >= 0, "search_radius", options.search_radius, ">= 0", " px");
 }
 
-// The fine window's part of the image, but never less than the smallest edge.
+// Makes templates for coarse levels that cover the same part of the image as the fine window, but
+// at least the smallest edge.
 std::vector<PatchAligner> TemplatesFor(int window, int levels) {
   std::vector<PatchAligner> templates;
   for (int l = 0; l < levels; ++l) {
@@ -141,8 +142,8 @@ bool SsdTracker::ReturnsToStart(const PatchWarp& now, const PatchWarp& before) n
   return false;
 }
 
-// Down the pyramid from where it should be, and from where it was; where fine texture misled both,
-// from the best of all places nearby.
+// Tracks down the pyramid from the predicted position and from the last one; if both fail, from the
+// best of all positions nearby.
 bool SsdTracker::Follow(TrackedWindow& window, Memory& memory) noexcept {
   const PatchWarp before = window.warp;
   const PatchWarp predicted{before.A, before.p + memory.velocity};
@@ -183,7 +184,7 @@ const std::vector<TrackedWindow>& SsdTracker::Track(const cv::Mat& image) noexce
   }
   for (std::size_t i = 0; i < windows_.size(); ++i) {
     TrackedWindow& window = windows_[i];
-    // An image that could not be read is jumped over: the image before is the last good one.
+    // An unreadable image is skipped: the previous image is the last good one.
     const bool follows =
         window.seen() || (window.state == WindowState::kBadImage && memories_[i].lost_for == 0);
     if (window.state == WindowState::kNoTexture || !follows) continue;

@@ -267,12 +267,12 @@ TEST_F(HapticLoopTest, OfASilentSensorOrArmNoForceIsLeftAfterThirtyMilliseconds)
     state->phase = Phase::kHold;
     state->check = FailedCheck::kArmFault;
   };
-  for (const std::function<void(SlaveState*)>& lie :
+  for (const std::function<void(SlaveState*)>& falsify :
        {std::function<void(SlaveState*)>(is_stale), std::function<void(SlaveState*)>(is_faulty)}) {
     Rig rig;
     Engage(rig);
     ASSERT_GT(puppet_.force.y(), 0.5);
-    rig.slave.lie = lie;
+    rig.slave.falsify = falsify;
     double last = puppet_.force.y();
     rig.Run(puppet_, 0.034, [&](const TickRecord&) {
       EXPECT_LE(puppet_.force.y(), last);
@@ -290,7 +290,7 @@ TEST_F(HapticLoopTest, WhatWasSensedTooLongAgoOrInTheFutureIsNotRendered) {
     Rig rig;
     Engage(rig);
     const Time then = rig.now + Seconds(1000 + seconds);  // the slave's clock is 1000 s ahead
-    rig.slave.lie = [then](SlaveState* state) { state->sensed_at = then; };
+    rig.slave.falsify = [then](SlaveState* state) { state->sensed_at = then; };
     rig.Run(puppet_, 0.1);
     EXPECT_EQ(rig.state(), kHold) << seconds;
     EXPECT_EQ(puppet_.force.norm(), 0) << seconds;
@@ -303,7 +303,7 @@ TEST_F(HapticLoopTest, WhatWasSensedTooLongAgoOrInTheFutureIsNotRendered) {
 }
 
 TEST_F(HapticLoopTest, AnOffsetThatMovesWithinAnEpochIsNotFollowed) {
-  rig_.slave.lie = [](SlaveState* state) { state->offset.y() -= 0.05; };
+  rig_.slave.falsify = [](SlaveState* state) { state->offset.y() -= 0.05; };
   rig_.Run(puppet_, 0.06);
   EXPECT_EQ(rig_.state(), kHold);
   EXPECT_EQ(puppet_.force.norm(), 0);
@@ -314,7 +314,7 @@ TEST_F(HapticLoopTest, AnOffsetThatMovesWithinAnEpochIsNotFollowed) {
 // offset. After the reset the operator can engage as usual.
 TEST_F(HapticLoopTest, AfterAStopASlaveThatWasRestartedIsFollowed) {
   bool stops = true;
-  rig_.slave.lie = [&stops](SlaveState* state) {
+  rig_.slave.falsify = [&stops](SlaveState* state) {
     state->offset.y() -= 0.05;
     if (stops) state->phase = Phase::kEstop;
   };
@@ -330,7 +330,7 @@ TEST_F(HapticLoopTest, AfterAStopASlaveThatWasRestartedIsFollowed) {
 // The loop does not work with settings that it has not read: no force is rendered and the tool is
 // held until they are read and the operator engages again.
 TEST_F(HapticLoopTest, ChangedSettingsShowNothingUntilTheyAreReadAndEngagedAgain) {
-  rig_.slave.lie = [](SlaveState* state) { state->settings_revision = 7; };
+  rig_.slave.falsify = [](SlaveState* state) { state->settings_revision = 7; };
   rig_.Run(puppet_, 0.06);
   EXPECT_EQ(rig_.state(), kHold);
   EXPECT_EQ(puppet_.force.norm(), 0);
@@ -364,7 +364,7 @@ TEST(HapticLoopAlignTest, NewSettingsEndAnEngagementThatBegins) {
   Rig rig({.delay = 0.1});
   Puppet puppet;
   rig.settings.Put({6, {}, 3.3});
-  rig.slave.lie = [](SlaveState* state) { state->settings_revision = 6; };
+  rig.slave.falsify = [](SlaveState* state) { state->settings_revision = 6; };
   rig.Run(puppet, 0.5);
   rig.Engage(puppet, 0.05);
   ASSERT_EQ(rig.state(), OperatorState::kAligning);
@@ -410,7 +410,7 @@ TEST(HapticLoopAgeTest, DelayedEchoesDoNotMakeOldStatesAcceptable) {
     };
     tell(5, 0.1);
     EXPECT_EQ(rig.state(), OperatorState::kFollowing) << "its states are young";
-    rig.slave.lie = [](SlaveState* state) { state->sensed_at -= Seconds(1.5); };
+    rig.slave.falsify = [](SlaveState* state) { state->sensed_at -= Seconds(1.5); };
     tell(5, 0.1);
     EXPECT_NE(rig.state(), OperatorState::kFollowing);
     EXPECT_TRUE(rig.loop.record().chain.reasons.Has(Reason::kAged));

@@ -108,7 +108,7 @@ TEST(PatchTest, AModelWorseThanTheHoldIsNotShown) {
 
 struct Row {
   std::string name;
-  std::function<void(ReceivedPatch*, int n)> lie;  // n: patches since the beginning
+  std::function<void(ReceivedPatch*, int n)> falsify;  // n: patches since the beginning
 };
 void PrintTo(const Row& row, std::ostream* out) {
   *out << row.name;
@@ -148,7 +148,7 @@ TEST_P(MaliciousPatchTest, TheHandKeepsItsLimits) {
     ASSERT_TRUE(record.chain.local.allFinite());
     if (tick++ % 20 != 0) return;
     ReceivedPatch patch = WallPatch(600, ++epoch);
-    GetParam().lie(&patch, n++);
+    GetParam().falsify(&patch, n++);
     rig.patches.Put(patch);
   });
   EXPECT_LE(energy.peak(), 3.3 + 1e-9);

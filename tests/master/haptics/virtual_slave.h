@@ -38,8 +38,9 @@ class VirtualSlave {
   void Step(Time now, LatestValue<OperatorCommand>* commands, LatestValue<ReceivedState>* states);
 
   // Changes what is sent from now on.
-  bool silent = false;                   // nothing is sent
-  std::function<void(SlaveState*)> lie;  // changes the sent state; empty: the true state is sent
+  bool silent = false;  // nothing is sent
+  std::function<void(SlaveState*)>
+      falsify;                           // changes the sent state; empty: the true state is sent
   bool forgets = false;                  // epoch 0, as after a restart
   Validity validity = Validity::kValid;  // of the sent states
   Phase forced_phase = Phase::kReady;    // kEstop: sent instead of the real one

@@ -21,7 +21,8 @@ StrainResolution ResolutionOf(const RestStiffness& stiffness) {
 }  // namespace
 
 std::vector<char> UnevenNodes(const RestStiffness& stiffness) {
-  // A disc that the mesh follows is two to three edges wide. [derived: PatchStiffness within 10 %]
+  // Edge lengths across a disc that the mesh can represent: two to three. [derived: PatchStiffness
+  // within 10 %]
   constexpr int kEdges = 3;
   const TetMesh& elements = stiffness.elements;
   std::vector<char> uneven(elements.nodes.size(), 0);
@@ -91,7 +92,7 @@ const Bending& BendingTable::Learn(int triangle, double width, RestFactor* facto
     stiffness_.Spread(x.col(c), &u);
     double& compliance = entry.bending.compliance[c];
     for (const int node : nodes) compliance += share * u[Index(node)][c];
-    if (!(compliance > 0)) continue;  // held
+    if (!(compliance > 0)) continue;  // fixed by a support
     for (auto& moved : u) moved *= kSmall / compliance;
     entry.bending.softness[c] = strain_.Softness(u, nodes);
   }

@@ -35,7 +35,7 @@ Hash& Hash::Add(std::span<const std::byte> bytes) {
     std::uint64_t word = 0;
     std::memcpy(&word, bytes.data() + i, std::min(sizeof word, bytes.size() - i));
     value_ = (value_ ^ word) * kPrime;
-    value_ ^= value_ >> 29U;  // carries high bits down, where whole words would not
+    value_ ^= value_ >> 29U;  // mixes high bits into low ones
   }
   return *this;
 }

@@ -12,7 +12,7 @@ namespace {
 
 using Eigen::Vector3d;
 
-// Nested dissection of a block-like mesh: operations grow with n^2, entries with n^(4/3).
+// Estimate for nested dissection of a compact mesh: operations grow with n^2, entries with n^(4/3).
 PrecomputeCost ExpectedCost(int order) {
   const double n = order / 57000.0;
   const auto bytes = static_cast<std::size_t>(5e8 * std::pow(n, 4.0 / 3));

@@ -20,9 +20,10 @@ constexpr double kArmijo = 1e-4;
 constexpr double kRounding = 1e-14;   // of energies and forces
 constexpr double kStartShare = 1e-6;  // of the initial forces, as a scale of the residual
 constexpr int kRowRefinements = 8;
-constexpr double kMaxForcing = 1e-2;  // of the residual, left by one iterated step
-constexpr double kAim = 1e-2;         // of the requested residual, where steps are iterated
-constexpr double kTight = 1e-11;      // residual that one direct solve reaches
+// Largest residual after an iterated step, relative to that before.
+constexpr double kMaxForcing = 1e-2;
+constexpr double kAim = 1e-2;     // target relative to the requested residual, for iterated steps
+constexpr double kTight = 1e-11;  // residual that one direct solve reaches
 
 // Returns whether fixed unknowns and points are at their prescribed values.
 bool Feasible(const Balance& balance, const VectorXd& x) {

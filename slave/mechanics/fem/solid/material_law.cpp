@@ -24,7 +24,7 @@ Matrix3d CofactorOf(const Matrix3d& F) {
   return cofactor;
 }
 
-// Plane i is that of the other two axes.
+// First axis of plane i, which contains the other two axes.
 constexpr int First(int plane) {
   return (plane + 1) % 3;
 }
@@ -60,7 +60,7 @@ double CompressibilityOf(FemOptions::Law law, double nu) {
   }
 }
 
-// Takes a share of every negative eigenvalue away.
+// Removes a fraction of every negative eigenvalue.
 Matrix3d WithoutNegative(const Matrix3d& m, double removed) {
   const Eigen::SelfAdjointEigenSolver<Matrix3d> eigen(m);
   if (eigen.eigenvalues().minCoeff() >= 0) return m;

@@ -12,7 +12,7 @@ namespace {
 using Eigen::Vector3d;
 using Eigen::VectorXd;
 
-// All that can be refused is refused before the work starts.
+// Checks all parameters before the expensive work starts.
 VolumeModel::Traits CheckedTraits(const SolidMesh& mesh, const HeldNodes& held,
                                   const SolidParams& params, Progress* progress) {
   Announce(mesh, params, progress);

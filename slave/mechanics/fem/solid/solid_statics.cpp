@@ -38,7 +38,7 @@ bool SolidStatics::Solve(SolidState* state) {
   if (!SolveInParts(state)) {
     if (progress_.stopped() || linear_ || start_.isZero(0)) return false;
     newton_steps_ = 0;
-    Reset();  // from rest instead of from the last answer
+    Reset();  // starts from rest instead of the last answer
     state->Rest();
     start_ = state->x;
     if (!SolveInParts(state)) return false;

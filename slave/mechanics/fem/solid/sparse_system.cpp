@@ -22,7 +22,7 @@ constexpr int kIterationsBeforeFactor = 200;  // iterations before a factor is t
 // Operations of a factorisation in the time of one iteration per block.
 constexpr double kFactorSpeed = 600;
 
-// Neighbours of every node, itself included, rising.
+// Returns the neighbours of every node, including itself, in rising order.
 std::vector<std::vector<int>> NeighboursOf(const TetMesh& mesh) {
   std::vector<std::vector<int>> neighbours(Index(mesh.node_count()));
   for (int node = 0; node < mesh.node_count(); ++node) neighbours[Index(node)].push_back(node);
@@ -219,7 +219,7 @@ struct SymmetricSolver::Iterative {
   }
 
   enum class Outcome { kConverged, kIndefinite, kSlow, kStopped };
-  // Restarted from the true residual until that one, not the recurrence, is small.
+  // Restarts from the true residual until it is small, not only the residual of the recurrence.
   Outcome Solve(const VectorXd& b, double goal, int most, long* iterations,
                 fem::SearchProgress* progress) {
     for (int restart = 0; restart < kMaxRestarts; ++restart) {
@@ -316,7 +316,7 @@ bool SymmetricSolver::Solve(const VectorXd& b, double tolerance, VectorXd* x) {
     }
     indefinite_ = outcome == Outcome::kIndefinite;
     if (outcome != Outcome::kSlow || worth_ == 0) return false;
-    // Iterations are slow with this body: a factor serves it from now on.
+    // Iterations are slow for this body, so a factor is used from now on.
     factor_->Allocate(*matrix_);
     memory_bytes_ = factor_->entries() * sizeof(double);
     direct_ = true;

@@ -18,38 +18,41 @@ using Eigen::Index;
 using Eigen::Vector2d;
 
 constexpr int kIterations = 40;
-constexpr double kDifference = 1e-4;  // of the derivatives: radii, share of the force
-constexpr double kConverged = 1e-3;   // step by its standard deviation
-constexpr double kSmallStep = 0.02;   // radii, share of the force: derivatives may stay
+// Step of the difference quotients: radii, fraction of the force.
+constexpr double kDifference = 1e-4;
+constexpr double kConverged = 1e-3;  // step relative to its standard deviation
+// Radii, fraction of the force: smaller steps reuse the derivatives.
+constexpr double kSmallStep = 0.02;
 constexpr double kDamping = 1e-3, kMaxDamping = 1e8;
 constexpr double kGoodFit = 3;       // residual that a start from the last answer must reach
-constexpr double kInwards = 0.6;     // of a second start
+constexpr double kInwards = 0.6;     // position of a second start relative to the first
 constexpr double kSignificant = 25;  // misfit that the load must explain: five sigma squared
-constexpr double kTrusted = 0.7;     // a residual below it says that the sigmas are too large
-constexpr int kMinFreedom = 10;      // degrees of freedom from which on it does
+constexpr double kTrusted = 0.7;  // a smaller residual shows that the stated sigmas are too large
+constexpr int kMinFreedom = 10;   // smallest number of degrees of freedom for this conclusion
 // Smallest residual relative to sigma, because sigmas may be too large.
 constexpr double kMinResidual = 0.1;
 // Relative to kSignificant: limit for a fit with the small-deflection shape only.
 constexpr double kBarely = 0.5;
-constexpr double kFaint = 4;          // times kSignificant: the place may be open
+constexpr double kFaint = 4;  // times kSignificant: below it the position may be undetermined
 constexpr double kFaintInside = 0.7;  // radius within which such a load is assumed [radii]
 constexpr double kVague = 0.25;       // standard deviation of an unknown position [radii]
 constexpr std::string_view kNothing = "no load exceeds the noise";
 constexpr int kFineSteps = 3;
-constexpr double kFineConverged = 0.05;  // step by its standard deviation
-constexpr double kAsWell = 1.1;          // squared misfit by that before
-constexpr double kOwnShape = 1e-6;       // share of a change's squares that no load makes
-constexpr double kRim = 1e-3;            // nearer than that a load is at the rim [radii]
+constexpr double kFineConverged = 0.05;  // step relative to its standard deviation
+constexpr double kAsWell = 1.1;          // accepted ratio to the previous squared misfit
+constexpr double kOwnShape = 1e-6;  // smallest part of a change's squares that no load explains
+constexpr double kRim = 1e-3;       // distance at which a load counts as at the rim [radii]
 // Limit for a rigid face: its force rises without limit at the rim, and its domain ends before it.
 constexpr double kRigidRim = 0.05;
 
-// A residual below one says that the sigmas are too large by so much, if enough points say it.
+// Returns the factor by which the stated sigmas are too large: the residual, if it is below one
+// with enough points.
 double SigmaScale(double residual, int freedom) {
   if (freedom < kMinFreedom) return 1;
   return std::clamp(residual / kTrusted, kMinResidual / kTrusted, 1.0);
 }
 
-// The place, or the nearest one at most `margin` from the centre [radii].
+// Returns the place, or the nearest one at a distance of `margin` from the centre [radii].
 Vector2d Inside(const Vector2d& place, double margin) {
   const double r = place.norm();
   return r > margin ? Vector2d(place * (margin / r)) : place;
@@ -217,7 +220,7 @@ bool LoadFitter::Misfit(const Guess& guess, Eigen::VectorXd* misfit) noexcept {
   return true;
 }
 
-// Derivatives by differences, inwards so as to stay on the plate.
+// Computes derivatives by differences, with steps inwards to stay on the plate.
 bool LoadFitter::Linearise(const Guess& guess) noexcept {
   force_unit_ = std::abs(guess.force);
   for (int k = 0; k < 3; ++k) {
@@ -252,7 +255,7 @@ bool LoadFitter::DescendTwice(Guess* guess, LoadFit* fit) noexcept {
   return found && Descend(guess, fit);
 }
 
-// The derivatives need three solutions of the plate, a step one, so small steps reuse the
+// Derivatives need three solutions of the plate and a step only one, so small steps reuse the
 // derivatives.
 bool LoadFitter::Descend(Guess* guess, LoadFit* fit) noexcept {
   if (!Misfit(*guess, &misfit_)) return false;
@@ -284,7 +287,7 @@ bool LoadFitter::Descend(Guess* guess, LoadFit* fit) noexcept {
   return pressed || Press(*guess);
 }
 
-// True: better than before, and the plate is pressed so.
+// Returns true if the misfit decreased; the plate then has the new state.
 bool LoadFitter::Step(const Eigen::Matrix3d& normal, double* damping, Guess* guess) noexcept {
   const Eigen::Vector3d slope = by_.transpose() * misfit_;
   for (; *damping < kMaxDamping; *damping *= 10) {

@@ -141,8 +141,8 @@ TEST(Long, EveryRow) {
   ExpectRightOrNotValid({kSpeeds.begin(), kSpeeds.end()}, skews);
 }
 
-// The right image's delay shows in its timestamp, or the timestamp is wrong by up to the shipped
-// `sync` in the other direction, or it varies.
+// The right image is late while its timestamp shows no delay, or a delay of the opposite sign of up
+// to the shipped `sync`; or timestamps vary.
 TEST(Long, EveryLie) {
   std::vector<Skew> skews;
   for (const double skew : {1e-3, 2e-3, 5e-3, 10e-3, 20e-3, 40e-3, -5e-3, -10e-3, -40e-3}) {
