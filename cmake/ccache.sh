@@ -1,11 +1,11 @@
 #!/usr/bin/env bash
-# ccache COMPILER ARGUMENTS..., where files of the build are named from its folder: CMake names precompiled headers from the
-# root, and another clone, or another build of the same, would count as something else. Precompiled headers themselves name
-# the clone's files: another clone makes them anew, and its own builds share those that are compiled alike.
+# ccache COMPILER ARGUMENTS... with paths relative to the build folder. CMake names precompiled headers by absolute
+# paths, so without this another clone, or another build folder, would not share cached files. Precompiled headers
+# contain the clone's paths: each clone makes its own, which its build folders with the same flags share.
 set -euo pipefail
 relative=("${@//"$PWD/"/}")
 [[ " $* " == *" -emit-pch "* ]] || exec ccache "${relative[@]}"
-[[ $PWD == */build/* ]] || exec "$@"  # elsewhere nobody would look for what is shared
+[[ $PWD == */build/* ]] || exec "$@"  # outside of build folders nothing is shared
 
 output='' dependencies=''
 for ((i = 1; i < $#; ++i)); do
@@ -20,7 +20,7 @@ is_fresh() {
   local headers
   headers=$(tr -d '\\' <"$shared.d" | tr ' ' '\n' | grep / | grep -vE ':$|^CMakeFiles/')
   # shellcheck disable=SC2086
-  [ -z "$(find $headers -newer "$shared.pch" 2>&1)" ]  # one that is gone is an error, and no less a reason
+  [ -z "$(find $headers -newer "$shared.pch" 2>&1)" ]  # a missing header is an error and counts as changed
 }
 if is_fresh; then
   cp "$shared.d" "$dependencies"
@@ -28,6 +28,6 @@ if is_fresh; then
 fi
 "$@"
 mkdir -p ../precompiled
-find ../precompiled -type f -mtime +0 -delete  # each is 0.2 GB
+find ../precompiled -type f -mtime +0 -delete  # each precompiled header has 0.2 GB
 cp "$dependencies" "$shared.d"
 ln -f "$output" "$shared.pch"

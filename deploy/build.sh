@@ -29,7 +29,7 @@ progress "build $preset: configuring"
 cmake --preset "$preset" "${options[@]}" >"$log" 2>&1 || { cat "$log" >&2; exit 1; }
 
 status="build $preset: looking for changes"
-follow() {  # follow LINE: keeps the compilers' output, shows their count
+follow() {  # follow LINE: keeps the compilers' output and shows the progress
   [ -z "$1" ] || echo "$1" >>"$log"
   [[ $1 =~ ^\[([0-9]+)/([0-9]+)\] ]] &&
     status="build $preset: [${BASH_REMATCH[1]}/${BASH_REMATCH[2]}] $((100 * BASH_REMATCH[1] / BASH_REMATCH[2])) %"

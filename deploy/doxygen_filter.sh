@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
-# A header as Doxygen wants it: comment lines become /// (the first ones say what the file is), comments behind a
-# declaration ///<.
+# Converts a header for Doxygen: comment lines become /// (the first ones describe the file), comments behind a
+# declaration become ///<.
 awk -v file="$1" '
   NR == 1 && /^\/\/ / { print "/** @file"; in_head = 1 }
   in_head && /^\/\// { sub(/^\/\/ ?/, " * "); print; next }

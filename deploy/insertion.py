@@ -16,8 +16,8 @@ import pathlib
 import sys
 
 RATE = 100        # rows of a playback [Hz]
-STAY, REST = 1.5, 1.0  # at the target, at home [s]
-NEAR = 3e-6       # of the target: it is reached [m]
+STAY, REST = 1.5, 1.0  # pauses at the target and at home [s]
+NEAR = 3e-6       # largest distance at which the target counts as reached [m]
 WIDTH, HEIGHT, LEFT, TOP = 560, 300, 70, 40
 
 
@@ -59,7 +59,7 @@ def size(row, name):
 
 
 def nice_step(most):
-    """Between the marks of an axis: four to ten of them."""
+    """Returns the distance of the ticks of an axis, which has four to ten."""
     step = 10 ** math.floor(math.log10(most))
     return next(step * part for part in (1, 0.5, 0.2, 0.1) if most / (step * part) >= 4)
 
@@ -158,7 +158,7 @@ def draw_images(offline, shown, file):
 
 
 def drop_at_the_hand(log):
-    """The largest force sent, and the largest in the half second after the puncture; None: no puncture."""
+    """Returns the largest force sent, and the largest one in the half second after the puncture. None: no puncture."""
     broken = next((i for i, row in enumerate(log) if "punctured" in row["reason"]), None)
     if broken is None:
         return None

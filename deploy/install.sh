@@ -22,7 +22,7 @@ clouds=(libpcl-dev)                   # palpate-slave evaluate
 mesher=(gmsh)                         # fills closed surfaces with tetrahedra; takes 0.2 GB
 plots=(python3-matplotlib python3-numpy)  # python3 -m palpate.plot
 python=(pybind11-dev python3-dev python3-venv python3-pip python3-setuptools python3-wheel python3-numpy python3-grpcio python3-protobuf)
-# A newer node from elsewhere conflicts with Debian's: installed only where there is none.
+# Debian's node is installed only if there is none, because a newer one from another source conflicts with it.
 want_npm() {
   command -v node >/dev/null || packages+=(nodejs)
   command -v npm >/dev/null || packages+=(npm)
@@ -74,7 +74,7 @@ if [ "$(id -u)" -ne 0 ]; then
 fi
 log=$(mktemp)
 status="install: requesting ${missing[*]}"
-follow() {  # follow LINE: shows the status of apt, keeps the rest
+follow() {  # follow LINE: shows the status of apt and keeps the other output
   case $1 in
     dlstatus:*) status="install: ${1##*:}" ;;
     pmstatus:*) IFS=: read -r _ name percent _ <<<"$1"; status="install: unpacking and setting up, ${percent%.*} % ($name)" ;;
@@ -83,12 +83,12 @@ follow() {  # follow LINE: shows the status of apt, keeps the rest
   esac
   progress "$status, $SECONDS s"
 }
-# advice: what to do about a failure that the log shows.
+# advice: prints what to do about a failure in the log.
 advice() {
   case $(<"$log") in
     *"dpkg --configure -a"*) echo "an earlier installation was interrupted. Run: sudo dpkg --configure -a" ;;
     *"Could not get lock"* | *"Unable to lock"* | *"Unable to acquire"*) echo "another installation runs: wait until it has ended" ;;
-    # `apt-get update` goes on with old lists, and only the installation fails.
+    # `apt-get update` continues with old lists, and only the installation fails.
     *"Could not resolve"* | *"Could not connect"* | *"Unable to connect"* | *"connection timed out"* | *"Temporary failure"*)
       echo "apt does not reach its servers: check the network, and the proxy in /etc/apt/apt.conf.d" ;;
     *"Unable to locate package"* | *"has no installation candidate"*)
@@ -98,7 +98,7 @@ advice() {
   esac
 }
 apt() {
-  # A descriptor of its own: apt-get closes it for dpkg, whose scripts print to descriptor 1 where there is no terminal.
+  # A separate descriptor, which apt-get closes for dpkg: its scripts print to descriptor 1 without a terminal.
   DEBIAN_FRONTEND=noninteractive apt-get "$@" -o APT::Status-Fd=3 3>&1 2>&1 </dev/null | each_line follow ||
     { progress_end "install: failed" >&2; cat "$log" >&2; fail "$(advice). Then run the command again"; }
 }

@@ -4,7 +4,7 @@
 #   --out DIR           folder of the packages, default build/packages
 #   --version VERSION   Debian version, default: from the tag vX.Y.Z, see below
 #   --built             packs what build/release contains, without building
-# DIR also gets SHA256SUMS and the software bill of materials palpate_VERSION.cdx.json (CycloneDX).
+# It also writes DIR/SHA256SUMS and the software bill of materials DIR/palpate_VERSION.cdx.json (CycloneDX).
 set -euo pipefail
 
 root=$(cd "$(dirname "$0")/.." && pwd)

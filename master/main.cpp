@@ -74,7 +74,7 @@ int Evict(const Arguments& a) {
   }
 }
 
-// Such as `ada@desk`.
+// Returns for example `ada@desk`.
 std::string NameOfUser() {
   const passwd* user = getpwuid(getuid());
   std::array<char, HOST_NAME_MAX + 1> host{};

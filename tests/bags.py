@@ -1,4 +1,4 @@
-"""Writes bags of wrenches as ROS 2 does, for tests: MCAP files and databases of rosbag2."""
+"""Writes bags with wrenches as ROS 2 does: MCAP files and databases of rosbag2."""
 import sqlite3
 import struct
 
@@ -7,7 +7,8 @@ MAGIC = b"\x89MCAP0\r\n"
 
 
 def wrench(kind, t_ns, force, sigma=None, validity=1, frame="sensor", order="<"):
-    """A message in CDR (OMG DDS-XTYPES 7.4: each value aligned to its size behind the header of four bytes)."""
+    """Encodes a message in CDR (OMG DDS-XTYPES 7.4: each value is aligned to its size behind the header of four
+    bytes)."""
     body = bytearray()
 
     def put(code, value):
@@ -42,7 +43,7 @@ def _text(content):
 
 
 def write_mcap(file, messages, encoding="cdr", chunked=True):
-    """`messages`: (topic, kind, t_ns, data), as mcap.dev/spec has them."""
+    """Writes an MCAP file (mcap.dev/spec). `messages`: (topic, kind, t_ns, data)."""
     topics = {topic: (number, kind) for number, (topic, kind) in enumerate(dict((m[0], m[1]) for m in messages).items(), 1)}
     inside = b""
     for topic, (number, kind) in topics.items():
@@ -58,7 +59,7 @@ def write_mcap(file, messages, encoding="cdr", chunked=True):
 
 
 def write_db3(file, messages):
-    """`messages`: as for write_mcap; the tables of rosbag2_storage_sqlite3."""
+    """Writes the tables of rosbag2_storage_sqlite3. `messages`: as for write_mcap."""
     with sqlite3.connect(file) as database:
         database.executescript("CREATE TABLE topics(id INTEGER PRIMARY KEY, name TEXT NOT NULL, type TEXT NOT NULL, serialization_format TEXT "
                                "NOT NULL, offered_qos_profiles TEXT NOT NULL); CREATE TABLE messages(id INTEGER PRIMARY KEY, topic_id INTEGER "

@@ -1,9 +1,9 @@
 #!/usr/bin/env bash
-# What a newcomer finds: a bare Debian 12, the project copied in, and a command run there, its seconds printed at the end.
-# usage: tests/bare_root.sh FOLDER COMMAND...     (as root, with debootstrap; FOLDER must not exist, and stays)
+# Copies the project into a minimal Debian 12, runs a command there as a new user would, and prints its duration [s].
+# usage: tests/bare_root.sh FOLDER COMMAND... (as root, with debootstrap; FOLDER must not exist, and stays)
 #   tests/bare_root.sh /tmp/bare deploy/install.sh
 #   tests/bare_root.sh /tmp/bare deploy/demo.sh --duration 5
-# MIRROR names another archive than this machine's; CACHE a folder that keeps the bare system's packages for the next time.
+# MIRROR names another archive than that of this machine. CACHE: a folder that keeps the system's packages.
 set -euo pipefail
 
 [ $# -ge 2 ] || { sed -n '2,6s/^# //p' "$0" >&2; exit 2; }
@@ -23,7 +23,7 @@ git -C "$project" ls-files -z | (cd "$project" && tar --null -T - -c) | tar -x -
 trap 'umount "$root/proc" "$root/dev"' EXIT
 mount -t proc proc "$root/proc"
 mount --bind /dev "$root/dev"
-# Programs of a bare system start no services.
+# Installed programs must not start services.
 printf '#!/bin/sh\nexit 101\n' >"$root/usr/sbin/policy-rc.d"
 chmod +x "$root/usr/sbin/policy-rc.d"
 begin=$(date +%s.%N)

@@ -1,11 +1,11 @@
 #!/usr/bin/env python3
-"""Runs the cases of ../shared/cases and ../shared/cases-2 and compares what the programs say with the README of each case.
+"""Runs the cases of ../shared/cases and ../shared/cases-2 and compares the output with the README of each case.
 
-cases.py [NAME...]   runs all cases, or those whose SET/NAME begins with NAME; exit 1: one is not as expected; 77: no cases
+  cases.py [NAME...]   runs all cases, or those whose SET/NAME begins with NAME
 
-A refusal must have an exit status other than 0 and name the cause. A force must be that of the same input in its plain
-form, an elastic modulus and a state within half a unit of the last digit that the README gives. Programs: PALPATE_BIN,
-default build/release/bin.
+A rejection must have an exit status other than 0 and name the cause. A force must be that of the same input in its
+plain form, an elastic modulus and a state within half a unit of the last digit in the README.
+Programs: PALPATE_BIN, default build/release/bin. Exit code 1: a result is not as expected; 77: no cases.
 """
 import csv
 import os
@@ -45,7 +45,7 @@ def execute(command, case, out):
 
 
 def recording_in(out):
-    """A few hundred samples of a simulated press, recorded by a slave."""
+    """Records a simulated press of a few hundred samples by a slave."""
     file = out / "recorded.mcap"
     with programs.Slave(programs.BLOCK, "--record", file):
         if not programs.wait_until(lambda: file.exists() and file.stat().st_size > 200_000):
@@ -56,7 +56,7 @@ def recording_in(out):
 # ---- expectations: each returns the reason why a result is not as expected, or nothing
 
 def says(*patterns):
-    """Accepted, with remarks that match all patterns."""
+    """Expects that the input is accepted with remarks that match all patterns."""
     def check(result):
         missing = [p for p in patterns if not re.search(p, result.text, re.I)]
         return (result.status and f"status {result.status}") or (missing and f"no text like {missing[0]!r}")
@@ -64,7 +64,7 @@ def says(*patterns):
 
 
 def refuses(*patterns, status=None):
-    """Refused, with a message that matches all patterns."""
+    """Expects that the input is rejected with a message that matches all patterns."""
     def check(result):
         missing = [p for p in patterns if not re.search(p, result.text, re.I)]
         wrong = result.status == 0 if status is None else result.status != status
@@ -86,7 +86,7 @@ def all_of(*checks):
 
 
 def modulus(pascal, relative=0.006):
-    """`E at rest 81.0 kPa`: three digits."""
+    """Expects a modulus, as in `E at rest 81.0 kPa`, to three digits."""
     def check(result):
         if result.status:
             return f"status {result.status}"
@@ -96,7 +96,7 @@ def modulus(pascal, relative=0.006):
 
 
 def state(*force, count=None):
-    """The last row of states.csv; five decimals."""
+    """Expects the last row of states.csv to five decimals."""
     def check(result):
         if result.status:
             return f"status {result.status}"
@@ -108,7 +108,7 @@ def state(*force, count=None):
 
 
 def not_valid(check, but_below=0.0):
-    """No state is valid, but with a force below `but_below` [N], and some name this check."""
+    """Expects that all valid states have a force below `but_below` [N], and that some states name this check."""
     def check_states(result):
         if result.status:
             return f"status {result.status}"
@@ -121,7 +121,7 @@ def not_valid(check, but_below=0.0):
 
 
 def faded(at_once, held, relative=0.03):
-    """The moduli of a relaxation test [Pa]."""
+    """Expects the moduli of a relaxation test [Pa]."""
     def check(result):
         found = re.search(r"young_modulus (\S+) \+- .* is for contacts held for .*, (\S+) Pa for quick", result.text)
         if result.status or not found:
@@ -132,8 +132,9 @@ def faded(at_once, held, relative=0.03):
 
 
 def round_contact(result):
-    """The contact of a sphere grows with the depth: the force of twice the depth is 2^1.5 times as large (Hertz), on a bonded layer of
-    20 mm 3.07 times (Dimitriadis et al., Biophys J 82, 2002); the mesh is coarse under the tool."""
+    """Expects that the contact of a sphere grows with the depth: the force of twice the depth is 2^1.5 times as large
+    (Hertz), on a bonded layer of 20 mm 3.07 times (Dimitriadis et al., Biophys J 82, 2002); the mesh is coarse under
+    the tool."""
     if result.status:
         return f"status {result.status}"
     one, two = (abs(force[2]) for force in forces_of(result.out / "answers.csv"))
@@ -145,7 +146,7 @@ def forces_of(answers):
 
 
 def force(plain):
-    """The forces of the same command where plain(folder) has written the input in its plain form."""
+    """Expects the forces of the same command with the input in its plain form, which plain(folder) writes."""
     def check(result):
         if result.status:
             return f"status {result.status}: {result.text[:200]}"
@@ -158,7 +159,7 @@ def force(plain):
             if reference.status:
                 return f"the plain form is refused: {reference.text}"
             pairs = zip(forces_of(result.out / "answers.csv"), forces_of(out / "answers.csv"))
-            # The same numbers in another file: at most the order of nodes, and the rounding of floats, differ.
+            # The numbers are the same except for the order of nodes and the rounding of floats.
             same = all(abs(a - b) <= 1e-6 * max(map(abs, two)) for one, two in pairs for a, b in zip(one, two))
         return not same and "another force than of the plain form"
     return check
@@ -213,7 +214,7 @@ def full_disk(case, out):
 
 
 def rig_in_millimetres(case, out):
-    """Its images are not included: the remark must not need them."""
+    """The case has no images, so the remark must not need them."""
     copy = out / "case"
     shutil.copytree(case, copy)
     scene = ROOT / "deploy/scenes/rubber-membrane.yaml"
@@ -228,7 +229,7 @@ def rig_in_millimetres(case, out):
 
 
 def single_presses(result):
-    """One row per case has 0.146 N in the middle; rows that act together must state it."""
+    """With one row per case the middle contact has 0.146 N. If rows act together, the output must state it."""
     together = says("act together")(result)
     if together:
         return together
@@ -236,12 +237,12 @@ def single_presses(result):
     if apart.status:
         return f"--independent: {apart.text}"
     middle = forces_of(result.out / "answers.csv")
-    middle = abs(middle[1][1])  # at x = 18 mm, which the README means
+    middle = abs(middle[1][1])  # at x = 18 mm, as in the README
     return abs(middle - 0.146) > 0.0005 and f"{middle} N"
 
 
 def with_present_kind(case, out):
-    """Closed surfaces were answered by `bem3d`, which is removed: `fem-green` answers for them."""
+    """The README names `bem3d` for closed surfaces; `fem-green` has replaced it."""
     scene = case / "scene.yaml"
     if not scene.is_file() or b"kind: bem3d" not in scene.read_bytes():
         return case
@@ -302,7 +303,7 @@ EXPECTED = {
 }
 
 
-# What the README of each case of the second set expects.
+# Expectations of the READMEs of the second set.
 MORE_EXPECTED = {
     "A02": either(all_of(modulus(81e3, 0.02), says("loading and unloading|hysteresis")), refuses("hysteresis|unloading")),
     "A06": either(faded(18e3, 10.8e3), refuses("shear")),
@@ -317,7 +318,7 @@ MORE_EXPECTED = {
     "F09": refuses("Gmsh.*format 1", "convert|gmsh .*-save|-format"),
     "F17": either(force(rewrite("scene.yaml", lambda text: text.replace(b"at: 0 mm", b"at: 0.001 mm"))),
                   refuses("no node", "nearest")),
-    # Until the touch ends nothing shows it: the force is that of the baseline, none.
+    # While the contact lasts it cannot be detected: relative to the baseline the force is zero.
     "G10": either(refuses("rest"), not_valid("rest_drift", but_below=0.3)),
     "G21": either(refuses("fz > 0|sign"), says("fz > 0|sign")),
     "G22": refuses("c0"),

@@ -30,7 +30,7 @@ from typing import NamedTuple
 ROOT = pathlib.Path(__file__).resolve().parents[1]
 BIN = pathlib.Path(os.environ.get("PALPATE_BIN", ROOT / "build/release/bin")).resolve()
 OUTPUT = pathlib.Path(os.environ.get("PALPATE_TEST_OUTPUT", ROOT / "build"))
-PATIENCE, SLOW_PATIENCE = 600, 3600  # [s] after which a block counts as hung
+PATIENCE, SLOW_PATIENCE = 600, 3600  # [s] after which a block counts as hung: normal, slow
 STOP_PATIENCE = 3  # [s]
 MARK_AS_SLOW = 8  # [s]
 OUTPUT_LINES = 40  # of a failing block
@@ -41,14 +41,14 @@ OWN_COMMANDS = re.compile(r"(?:^|[\s;&|(])(?:\./)?(deploy/demo\.sh|tests/run\.sh
 
 
 class CommandBlock(NamedTuple):
-    line: int  # of its first command
+    line: int  # line number of its first command
     text: str
     notes: tuple  # comments before it
     language: str = "sh"
 
 
 def blocks_of(text):
-    """The command blocks of a Markdown text."""
+    """Returns the command blocks of a Markdown text."""
     lines = text.splitlines()
     blocks, number = [], 0
     while number < len(lines):
@@ -77,7 +77,7 @@ def notes_before(lines, number):
 
 
 def reason_to_skip(block, full):
-    """Why a block is not run, or None. Raises ValueError for a mark that has no reason."""
+    """Returns the reason why a block is not run, or None. Raises ValueError for a mark that has no reason."""
     for note in block.notes:
         if note.startswith("not run"):
             reason = note.removeprefix("not run").lstrip(":").strip()
@@ -110,14 +110,14 @@ class Scratch:
         folder.mkdir(parents=True, exist_ok=True)
 
     def renew(self):
-        """What a file's blocks wrote is not there for those of the next file."""
+        """Removes what the blocks of a file have written before those of the next file run."""
         shutil.rmtree(self.folder / "build", ignore_errors=True)
         (self.folder / "build/release").mkdir(parents=True)
         (self.folder / "build/release/bin").symlink_to(self.programs)
 
 
 def is_running(group):
-    """Whether a process group has a process that is no zombie."""
+    """Returns whether a process group has a process that is no zombie."""
     for stat in pathlib.Path("/proc").glob("[0-9]*/stat"):
         with contextlib.suppress(OSError):
             state, _, its_group = stat.read_text().rpartition(")")[2].split()[:3]
@@ -127,7 +127,7 @@ def is_running(group):
 
 
 def end_group(group):
-    """Stops what is left of a process group: SIGTERM, then SIGKILL."""
+    """Ends the remaining processes of a group: SIGTERM, then SIGKILL."""
     with contextlib.suppress(ProcessLookupError):
         os.killpg(group, signal.SIGTERM)
         end = time.monotonic() + STOP_PATIENCE
@@ -140,7 +140,7 @@ class Shell:
     """A bash that runs the blocks of one file. Its jobs are in its process group and write to its output."""
 
     def __init__(self, scratch):
-        # The Python package as if pip had installed it.
+        # Makes the Python package available as if pip had installed it.
         environment = os.environ | {"PATH": "/usr/bin:/bin:" + os.environ.get("PATH", ""), "PALPATE_BIN": str(scratch.programs),
                                     "PYTHONPATH": str(scratch.programs.parent / "python")}
         self.block = scratch.folder.with_name("block")
@@ -156,19 +156,20 @@ class Shell:
         self.process.stdin.flush()
 
     def run(self, block, patience):
-        """(exit code or None if it hung, output, seconds)"""
+        """Runs a block. Returns (exit code or None if it hung, output, seconds)."""
         self.block.write_text(block.text)
         begun, start = time.monotonic(), self.output.seek(0, os.SEEK_END)
         run = "/usr/bin/python3" if block.language == "python" else "source"
-        self.write(f"{run} '{self.block}' </dev/null; jobs >/dev/null; echo >&$done")  # job numbers start again
+        self.write(f"{run} '{self.block}' </dev/null; jobs >/dev/null; echo >&$done")  # `jobs` resets the job numbers
         code = self.wait(begun + patience)
         self.output.seek(start)
         return code, self.output.read().decode(errors="replace"), time.monotonic() - begun
 
     def wait(self, deadline):
-        """0 when the block is done, the exit code of a bash that a block ended, None at the deadline."""
+        """Waits for a block. Returns 0 when it is done, the exit code if the block ended the bash, None at the
+        deadline."""
         while time.monotonic() < deadline:
-            ended = self.process.poll()  # before the pipe, which jobs may keep open
+            ended = self.process.poll()  # tested before the pipe, which jobs may keep open
             if select.select([self.done], [], [], 0 if ended is not None else 0.1)[0] and os.read(self.done, 1):
                 return 0
             if ended is not None:

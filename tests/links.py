@@ -21,7 +21,8 @@ TICKS = re.compile(r"`([^`]+)`")
 FENCE = re.compile(r"^\s*(```|~~~)")
 PROGRAM = re.compile(r"palpate-(slave|master|simulator)(?: +([a-z]+))?(.*)")
 DATA_FILE = re.compile(r"\.(csv|json|svg|yaml|txt|mcap|vtu|png|pcd|veg|node|log|conf|pem|service|pc|so|webp|onnx)$")
-OTHERS = {"--build-arg", "slave/mechanics/half_space"}  # of docker; made by an example of CONTRIBUTING
+# An option of docker; a folder that an example of CONTRIBUTING makes.
+OTHERS = {"--build-arg", "slave/mechanics/half_space"}
 
 
 def read(path):
@@ -30,7 +31,7 @@ def read(path):
 
 @functools.lru_cache(maxsize=None)
 def tree():
-    """All files and folders, relative to the root."""
+    """Returns all files and folders, relative to the root."""
     listed = subprocess.run(["git", "ls-files", "--cached", "--others", "--exclude-standard"], cwd=ROOT, capture_output=True,
                             text=True, check=False).stdout.splitlines()
     files = [name for name in listed if (ROOT / name).is_file()] or [
@@ -41,7 +42,7 @@ def tree():
 
 @functools.lru_cache(maxsize=None)
 def words():
-    """Identifiers and options of everything that is not Markdown, and names of files without suffix."""
+    """Returns identifiers and options in all files except Markdown, and names of files without suffix."""
     text = " ".join(read(ROOT / name) for name in tree() if (ROOT / name).is_file() and
                     re.search(rf"\.({CODE_FILE[3:-1]}|txt|yaml|json|service|rules|yml)$|^deploy/(certs|palpate-demo)", name)
                     and not name.endswith(".md"))
@@ -55,7 +56,7 @@ def keys():
 
 @functools.lru_cache(maxsize=None)
 def options():
-    """The options of each command, for example {"palpate-slave serve": {"--listen", ...}}."""
+    """Returns the options of each command, for example {"palpate-slave serve": {"--listen", ...}}."""
     sections = re.split(r"^## ", read(ROOT / "deploy/options.md"), flags=re.M)[1:]
     return {text.split("\n", 1)[0]: {"--help", "--version"} | set(re.findall(r"`(--[a-z][\w-]*)`", text)) for text in sections}
 
@@ -82,7 +83,7 @@ def link_error(page, target):
 
 
 def command_error(text):
-    """An option that the program of a command line does not have."""
+    """Returns an error for an option that the program of a command line does not have."""
     match = PROGRAM.search(text)
     command = match and f"palpate-{match[1]} {match[2] or ''}".strip()
     command = f"palpate-{match[1]}" if match and command not in options() else command
@@ -94,7 +95,7 @@ def command_error(text):
 
 
 def name_error(blocks, name):
-    """What is wrong with a name in backticks, or None; `blocks` are the command and file blocks of its page."""
+    """Returns the error of a name in backticks, or None; `blocks` are the command and file blocks of its page."""
     if name in OTHERS | keys() or "NAME" in name:
         return None
     if re.fullmatch(r"[\w./*-]+\." + CODE_FILE, name):

@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
-# Installs what tests need from npm into build/npm, once for all of them. The first that npm cannot install within five
-# minutes ends it, with exit code 77: tests whose packages are missing are skipped.
+# Installs what tests need from npm into build/npm, once for all of them. It ends with exit code 77 at the first package
+# that npm cannot install within five minutes. Tests whose packages are missing are skipped.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 

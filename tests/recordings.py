@@ -66,12 +66,12 @@ def write(file, names, rows):
 
 
 def rounded(value):
-    """Three digits, without an exponent."""
+    """Formats to three digits without an exponent."""
     return f"{value:.{max(0, 2 - math.floor(math.log10(abs(value))))}f}"
 
 
 def within(value, half):
-    """Value and half of its interval [kPa]."""
+    """Formats a value and half of its interval [kPa]."""
     digits = max(0, 1 - math.floor(math.log10(half)))
     return f"{value:.{digits}f} ± {half:.{digits}f} kPa"
 
@@ -83,7 +83,7 @@ def covers(low, value, high):
 # ---- materials
 
 def modulus_of(report):
-    """What it is, value and half of the 95 % interval [kPa]."""
+    """Returns the kind of modulus, its value and half of the 95 % interval [kPa]."""
     if report.get("relaxation"):
         held = report["relaxation"]
         return "modulus of a held contact", held["young_modulus_held_Pa"] / 1e3, held["half_width_Pa"] / 1e3
@@ -101,7 +101,7 @@ def identified(folder, name, *words):
 
 
 def silicone_compression(folder):
-    """Each interval of specimen A1 also against specimen B1."""
+    """Compares each interval of specimen A1 also with specimen B1."""
     def modulus(file):
         return modulus_of(report_of("identify", folder, f"compression={file}", "--diameter", "50mm", "--height", "30mm", "--ends",
                                     "bonded"))
@@ -130,7 +130,7 @@ def hyperelastic_curves(folder):
 
 
 def foam_curves(folder):
-    """No incompressible law follows a foam at rest: `identify` refuses them, and states chord moduli."""
+    """No incompressible law fits a foam: `identify` rejects them and states chord moduli."""
     report = report_of("identify", folder, *tables(DATA / "foam_curves/foam_leap", "tension=UT compression=UC shear=SS"))
     laws = report.get("best", "no law")
     for chord in report["moduli"]:
@@ -154,13 +154,13 @@ object:
   fixed: {plane: {axis: x, at: 0 m}}
 model: {kind: fem, element: tet10, gravity: [0, 0, -9.81]}
 """
-# Where the three markers are on the tip, in the beam's frame: on its top, and on its sides [m].
+# Positions of the three markers at the tip in the beam's frame [m]: one on its top, two on its sides.
 MARKERS = ((0.1, 0.015, 0.03), (0.1, 0.03, 0.0244), (0.1, 0.0, 0.0068))
 WEIGHT = 0.51  # [N]
 
 
 def sag(take):
-    """How far the three markers are lower at the end than at the start [m]; the recording's x is up."""
+    """Returns how far each of the three markers moves down from start to end [m]. The recording's x points up."""
     rows = read(DATA / "silicone_beam" / f"{take}.csv")
     return [np.mean([float(row[f"x{k}_m"]) for row in rows[-50:] if row[f"x{k}_m"]]) - float(rows[0][f"x{k}_m"]) for k in (1, 2, 3)]
 
@@ -175,7 +175,8 @@ def silicone_beam(folder):
     alone = " and ".join(f"{E / 1e3:.4g}" for E in dict(fit["alone_Pa"]).values())
     yield Row("modulus from its own weight", "263.8 kPa, fit of the authors' simulator",
               f"{within(value, half)}; takes alone {alone}", covers(value - half, 263.8, value + half))
-    edge = [["tip", 0.1, 0.006 * k, 0.03, 0, 0, -WEIGHT / 6] for k in range(6)]  # where the authors' code has the load
+    # The load is where the authors' code has it.
+    edge = [["tip", 0.1, 0.006 * k, 0.03, 0, 0, -WEIGHT / 6] for k in range(6)]
     hung = write(folder / "weight.csv", "case x y z fx fy fz".split(), edge + [["tip", *at, 0, 0, 0] for at in MARKERS])
     slave("solve", scene, "--override", f"object.material.young_modulus={1e3 * value} Pa", "--loads", hung, "--out", folder / "tip.csv")
     solved = np.array([float(row["dz"]) for row in read(folder / "tip.csv")[len(edge):]])
@@ -189,7 +190,7 @@ def silicone_beam(folder):
 # ---- fingertips and other sources of forces
 
 def judged(folder, name, names, rows):
-    """The card of `verify --forces`."""
+    """Runs `verify --forces` and returns its card."""
     file = write(folder / f"{name}.csv", names, rows)
     return report_of("verify", folder, "--forces", file, accept=(0, 1))["cards"][0]
 
@@ -237,7 +238,8 @@ model: {{kind: fem}}
 
 
 def seed001_rf_foam_bar(folder):
-    """The network of paper B's authors on their recording; the sensor's mean before the contact is its offset."""
+    """Applies the network of paper B's authors to their recording. The sensor's mean before the contact is its
+    offset."""
     recording = DATA / "seed001_rf_foam_bar"
     run("/usr/bin/python3", "-m", "palpate.convert_network", DATA / "seed001_biotac_lstm/biotac_rnn21", "--out", folder / "network")
     (folder / "finger.yaml").write_text(FINGER.format(
@@ -248,7 +250,8 @@ def seed001_rf_foam_bar(folder):
     rest = [np.mean([float(row[f"meas_f{axis}_N"]) for row in expected[:50]]) for axis in "xyz"]
     pairs, worst = [], 0.0
     for row in expected:
-        ours = [-float(states[round(float(row["rel_time_s"]), 4)][f"f{axis}"]) for axis in "xyz"]  # of the fingertip on the object
+        # Force of the fingertip on the object.
+        ours = [-float(states[round(float(row["rel_time_s"]), 4)][f"f{axis}"]) for axis in "xyz"]
         worst = max(worst, *(abs(one - float(row[f"y{k}"])) for k, one in enumerate(ours)))
         pairs.append([row["rel_time_s"], *(float(row[f"meas_f{axis}_N"]) - zero for axis, zero in zip("xyz", rest)), *ours])
     yield Row("force of the authors' network, largest difference", "0 N, evaluated in float64", f"{worst:.1g} N", "yes" if worst < 1e-5 else "no")
@@ -271,19 +274,20 @@ sense:
            rate: 30 Hz, pose: {translation: [0, 0, 0]}}
 model: {kind: membrane, prestress: %s}
 """
-STATED = ("2.424 MPa", "295 N/m")  # 1212 N/m by the thickness of 0.5 mm
-LAST_FITTED = 65                   # image
+STATED = ("2.424 MPa", "295 N/m")  # 1212 N/m with the thickness of 0.5 mm
+LAST_FITTED = 65                   # number of an image
 
 
 def wrench():
-    """Size of the force by image, its mean over images 40 to 58 subtracted [N]."""
+    """Returns the magnitude of the force per image [N], minus its mean over images 40 to 58."""
     force = np.array([[float(row[name]) for name in ("fx_N", "fy_N", "fz_N")]
                       for row in read(DATA / "membrane_press_rgbd/robot_pressure_wrench.csv")])
     return np.linalg.norm(force - force[40:59].mean(axis=0), axis=1)
 
 
 def press_error(folder, name, constants, offset=0.0):
-    """Error on the images after the fitted ones, rms by the peak, and the share of forces within two sigma."""
+    """Returns the rms error on the images after the fitted ones, relative to the peak, and the share of forces within
+    two sigma."""
     scene = folder / f"{name}.yaml"
     scene.write_text((DOME % constants).replace("DATA", str(DATA / "membrane_press_rgbd")))
     slave("process", scene, "--out", folder)

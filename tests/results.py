@@ -27,7 +27,7 @@ ROOT = pathlib.Path(__file__).resolve().parents[1]
 PAGE = ROOT / "tests/RESULTS.md"
 ROW = re.compile(r"^Row `([a-z0-9-]+)`: commit ([0-9a-f]{8}), code ([^.]+)\.( Old\.)?$")
 CODE = {".h", ".cpp", ".py", ".js", ".mjs", ".proto", ".sh", ".yaml"}
-SKIPPED = 77  # for ctest
+SKIPPED = 77  # exit code for ctest
 TOKEN = re.compile(r'"(?:\\.|[^"\\\n])*"|\'(?:\\.|[^\'\\\n])*\'|[A-Za-z_]\w*|[\d.]+[\w.]*|\S')
 COMMENT = {"c": re.compile(r"//[^\n]*|/\*.*?\*/", re.S), "sh": re.compile(r"(?m)(?<![\w$\"'])#[^\n]*")}
 WORDS = set("""if else for while do switch case default break continue return const constexpr static inline struct class enum public private
@@ -77,7 +77,8 @@ def meaning(blob, suffix):
 
 
 def digest(text, suffix):
-    """What comments, layout and names do not change: each name is the number of its first use."""
+    """Returns a digest of code that comments, layout and names do not change: each name is replaced by the number of
+    its first use."""
     text = re.sub(r'(?m)^\s*(#include.*|#pragma once)$', "", text)
     text = COMMENT["c" if suffix in (".h", ".cpp", ".js", ".mjs", ".proto") else "sh"].sub("", text)
     names = {}
@@ -107,7 +108,7 @@ def percent(share):
 
 
 def offline_accuracy():
-    """The last column of the table of scenes, from the summaries that `process` wrote."""
+    """Returns the last column of the table of scenes, from the summaries that `process` wrote."""
     text = PAGE.read_text()
     for file in sorted((ROOT / "build/results").glob("*/summary.json")):
         error = json.loads(file.read_text())["force_error"]
@@ -116,7 +117,7 @@ def offline_accuracy():
     PAGE.write_text(text)
 
 
-FIGURES = {"accuracy-offline": offline_accuracy}  # rows whose figures are written without a hand
+FIGURES = {"accuracy-offline": offline_accuracy}  # rows whose figures are entered automatically
 
 
 def measure(row):

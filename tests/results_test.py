@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Which changes of the code make a row of RESULTS.md old."""
+"""Tests which changes of the code make a row of RESULTS.md old."""
 import unittest
 
 from results import digest

@@ -23,7 +23,7 @@ apart=OFF every=OFF
 [ $tier != full ] || every=ON
 werror=OFF
 [ "${CI:-}" != true ] || werror=ON
-jobs=$(($(nproc) + 1))  # sessions sleep half of their time
+jobs=$(($(nproc) + 1))  # because sessions sleep half of their time
 times=() logs=()
 
 step=
@@ -53,10 +53,10 @@ run_ctest() {
     repeat "ctest --test-dir build/$preset --rerun-failed --output-on-failure"
 }
 
-# Threads of BLAS wait by spinning: beside other tests that took one of them twenty times as long.
+# Threads of BLAS wait by spinning. Beside other tests this made one test twenty times as slow.
 export OPENBLAS_NUM_THREADS=1
 
-# Under sanitizers programs are slower; what is known of the libraries below is not ours to mend.
+# Programs with sanitizers are slower. Known findings in the libraries below are suppressed.
 sanitized() { PALPATE_PATIENCE=600 run_ctest "$@"; }
 
 step "install missing packages"
@@ -82,9 +82,9 @@ if [ $tier = full ]; then run_ctest release -j"$jobs"; else run_ctest release -j
 
 case $tier in
   push)
-    # After the tests in real time, not beside them.
+    # Runs after the real-time tests, not in parallel.
     step "build with sanitizers"
-    build asan sanitized_tests  # links the libraries that it does not watch from build/release
+    build asan sanitized_tests  # links libraries without sanitizer from build/release
     build tsan raced_tests
     step "parsers, network code and sensors under address and undefined-behaviour sanitizers"
     sanitized asan -j"$jobs" -L sanitize

@@ -1,8 +1,7 @@
 #!/usr/bin/env python3
 """Counts of the code's structure: lines, folders, classes, constants, and the path of an image.
 
-structure.py         prints the counts
-structure.py --list  also prints the places behind them
+structure.py prints the counts structure.py --list  also prints the places behind them
 
 Needs universal-ctags.
 """
@@ -25,7 +24,7 @@ PER_SAMPLE = ("slave/checks", "slave/contact", "slave/pipeline/camera", "slave/p
               "slave/pipeline/load", "slave/pipeline/local_model", "slave/pipeline/manipulator_agreement",
               "slave/pipeline/points", "slave/pipeline/press", "slave/tactile/localise", "slave/vision/depth",
               "slave/vision/dots", "slave/vision/stereo", "slave/vision/texture")
-PER_SAMPLE_FILES = ("slave/pipeline", "slave/tactile", "slave/vision")  # without their subfolders
+PER_SAMPLE_FILES = ("slave/pipeline", "slave/tactile", "slave/vision")  # folders without their subfolders
 EVIDENCE = re.compile(r"\[(derived|recorded|tuned|paper): ([^\]]{4,})\]|\[(by definition)\]")
 UNIT = re.compile(r"\[(?!by definition)[^\]:]+\]")
 CONSTANT = re.compile(r"^\s*(?:static |inline )*constexpr (?:double|float|int|long|bool|unsigned|std::(?:size_t|u?int\d+_t|"
@@ -56,13 +55,13 @@ def long_sources(lines):
 
 
 def function_lengths():
-    """Lines of every function that has a body, the longest last, each with its place."""
+    """Returns the number of lines of every function that has a body, sorted, each with its position."""
     return sorted((tag["end"] - tag["line"] + 1, f"{tag['path']}:{tag['line']} {tag['name']}")
                   for tag in tags("f") if "end" in tag)
 
 
 def defined_twice(found):
-    """Types of one name in one named namespace, defined in two files."""
+    """Returns types of the same name and namespace that are defined in two files."""
     places = collections.defaultdict(set)
     for tag in found:
         scope = tag.get("scope", "")
@@ -72,8 +71,8 @@ def defined_twice(found):
 
 
 def large_classes(found):
-    """Classes with more data members and declared methods than MAX_PARTS. Overloads count once; constants, constructors,
-    destructors and operators do not."""
+    """Returns classes with more data members and declared methods than MAX_PARTS. Overloads count once; constants,
+    constructors, destructors and operators do not."""
     inside = collections.defaultdict(lambda: (set(), set()))
     for tag in found:
         name, own = tag["name"], tag.get("scope", "").split("::")[-1]
@@ -98,7 +97,7 @@ def includes(path):
 
 
 def cycles(files):
-    """Groups of folders that include each other; a folder and its subfolders are different ones."""
+    """Returns groups of folders that include each other. A folder and its subfolders are distinct."""
     edges = collections.defaultdict(set)
     for path in files:
         for target in includes(path):
@@ -126,7 +125,8 @@ def per_sample():
 
 @functools.lru_cache(maxsize=None)
 def named_in_tests():
-    """What evidence may name: test sources, tests and rows of the robustness suite; and the text of tests and RESULTS."""
+    """Returns the names that evidence may refer to (test sources, tests, rows of the robustness suite), and the text of
+    tests and RESULTS."""
     texts = {path: read(path) for path in sources("tests", suffixes=(".h", ".cpp"))}
     rows = " ".join(text for path, text in texts.items() if "robustness" in path.parts)
     names = {path.stem for path in texts} | set(re.findall(r'"([^"\n]+)"', re.sub(r'"\s*\n\s*"', "", rows)))
@@ -136,8 +136,8 @@ def named_in_tests():
 
 
 def has_evidence(comment):
-    """Whether `comment` has a tag and a unit. `tuned` begins with the name of a test or of a row of the robustness suite;
-    `recorded` names a recording that a test reads, or a row of RESULTS."""
+    """Returns whether `comment` has a tag and a unit. `tuned` begins with the name of a test or of a row of the
+    robustness suite; `recorded` names a recording that a test reads, or a row of RESULTS."""
     tag = EVIDENCE.search(comment)
     if not tag or tag[3]:
         return bool(tag)
@@ -151,7 +151,7 @@ def has_evidence(comment):
 
 
 def constants(files):
-    """Names of numeric constants, and those whose comment, before or beside them, holds no evidence."""
+    """Returns the names of numeric constants, and those without evidence in a comment before or beside them."""
     names, bare = [], []
     for path in files:
         lines = read(path).splitlines()
@@ -175,7 +175,8 @@ def constants(files):
 
 
 def image_path():
-    """Sources that ARCHITECTURE.md links on the path of an image of one camera to the wire, and each of its checks."""
+    """Returns the sources that ARCHITECTURE.md links on the path of a camera image to the network, and each of its
+    checks."""
     text = read(ROOT / "ARCHITECTURE.md").split("### In the sensing thread")[1]
     table = text.split("### From the network to the device")[0]
     files = re.findall(r"\]\(([^)]+\.h)\)", table)
@@ -184,7 +185,7 @@ def image_path():
 
 
 def measure():
-    """Each count with the places behind it."""
+    """Returns each count with the positions behind it."""
     product = sources(*PRODUCT)
     lines = {path: read(path).count("\n") for path in product}
     tests = sum(read(path).count("\n") for path in sources("tests", suffixes=TEST_SUFFIXES))

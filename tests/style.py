@@ -15,20 +15,20 @@ import sys
 from typing import NamedTuple
 
 ROOT = pathlib.Path(__file__).resolve().parents[1]
-ROOT_MARK = "CMakePresets.json"  # beside the README that has its own limits
+ROOT_MARK = "CMakePresets.json"  # file beside the README that has its own limits
 CODE_FILES = (".h", ".cpp", ".proto", ".py", ".sh", ".js", ".mjs")
-# Private words alone or as part of an identifier: felt, felt_, kFelt, IsFelt.
+# Private words, alone or as part of an identifier: felt, felt_, kFelt, IsFelt.
 WORDS = ("felt", "eyes", "said", "told", "dent", "stands")
 PRIVATE = re.compile(rf"(?<![A-Za-z])(?:{'|'.join(WORDS)})(?![a-z])|(?<![A-Z])(?:{'|'.join(word.capitalize() for word in WORDS)})(?![a-z])")
 HOME_MADE = ("told", "anew", "two eyes", "put right", "silently wrong", "let go")
 
 
 class Limits(NamedTuple):
-    words: int  # most words of prose
+    words: int  # largest number of words of prose
     average: float  # words per sentence
-    longest: int  # words of a sentence
-    cell: int = 25  # words of a table cell
-    total: int = sys.maxsize  # most words with tables, headings and code blocks
+    longest: int  # largest number of words of a sentence
+    cell: int = 25  # largest number of words of a table cell
+    total: int = sys.maxsize  # largest number of words with tables, headings and code blocks
 
 
 README_LIMITS = Limits(words=800, average=16, longest=35, total=1000)
@@ -49,7 +49,7 @@ class Sentence(NamedTuple):
 
 class Parts(NamedTuple):
     prose: list  # paragraphs and list items
-    rows: list  # of tables
+    rows: list  # rows of tables
     titles: list
 
 
@@ -64,7 +64,7 @@ REFERENCE = re.compile(r"^ {0,3}\[[^\]]+\]:\s*\S+")
 
 
 def without_fences(lines):
-    """The lines outside code fences, as (number, text); a fence leaves an empty line."""
+    """Returns the lines outside code fences as (number, text). A fence becomes an empty line."""
     close = None
     for number, line in enumerate(lines, 1):
         fence = FENCE.match(line)
@@ -154,12 +154,12 @@ END = re.compile(r"[.!?][\"'”’)\]*_]*\s+")
 
 
 def hide_code(text):
-    """Code spans without their backticks; what marks sentences or links in them is hidden."""
+    """Removes backticks of code spans and hides characters in them that mark sentences or links."""
     return CODE.sub(lambda found: found.group(2).strip().translate(HIDDEN), text)
 
 
 def without_links(text):
-    """Pictures go, links become their text, tags go."""
+    """Removes pictures and tags, and replaces links by their text."""
     text = re.sub(r"!\[[^\]]*\]\([^)]*\)", "", text)
     text = re.sub(r"\[([^\]]*)\](\([^)]*\)|\[[^\]]*\])", r"\1", text)
     return re.sub(r"</?[a-zA-Z][^<>:]*>", "", text)
@@ -178,14 +178,14 @@ def count_words(text):
 
 
 def ends_here(before, after):
-    """Whether the full stop that ends `before` ends a sentence."""
+    """Returns whether the full stop at the end of `before` ends a sentence."""
     tokens = before.split()
     last = tokens[-1].lstrip("(\"'*_[“")
     if last.lower() in NEVER_AN_END:
         return False
     if last.lower() in END_BEFORE_CAPITAL:
         return after[:1].isupper()
-    if INITIALS.fullmatch(last):  # of a name, but not as in "papers A and B."
+    if INITIALS.fullmatch(last):  # initials of a name, but not as in "papers A and B."
         previous = tokens[-2] if len(tokens) > 1 else ","
         listed = previous == "and" and len(tokens) > 2 and len(tokens[-3].strip(",")) == 1
         return listed or not (previous.endswith(",") or previous.lower() in ("and", "&", "by") or INITIALS.fullmatch(previous))
@@ -207,8 +207,8 @@ def sentences_of(block):
 
 
 def simple_sentences(text):
-    """The sentences by a simpler rule that others use, so that both agree on the longest: any full stop before
-    white space ends one, as do empty lines and list items; lines that start with | # - ` or ! are left out."""
+    """Splits into sentences by a simpler, common rule: a full stop before white space ends one, as do empty lines and
+    list items; lines that start with | # - ` or ! are left out."""
     kept = []
     for number, line in without_fences(text.splitlines()):
         if line.startswith(("|", "#", "-", "`", "!")):
@@ -232,7 +232,7 @@ def simple_sentence(pieces):
 
 
 def cells_of(row):
-    """The cells of a table row as text; none of the row under the head."""
+    """Returns the cells of a table row as text; none for the row under the header."""
     text = plain(row.text).replace("\\|", "/").strip("|")
     cells = [cell.strip() for cell in text.split("|")]
     return [] if all(re.fullmatch(r":?-+:?", cell) for cell in cells) else cells
@@ -245,7 +245,7 @@ class Measure(NamedTuple):
     sentences: int
     longest: Sentence
     cell: Block
-    home_made: list  # blocks: line and phrase
+    home_made: list  # line and home-made phrase
 
     @property
     def average(self):
@@ -290,7 +290,7 @@ def limits_for(path, text):
 
 
 def violations(text, limits):
-    """Each as (line, message)."""
+    """Returns the violations as (line, message)."""
     found = measure(text)
     bad = []
     if found.words > limits.words:
@@ -332,7 +332,7 @@ def check(paths):
 
 
 def private_words():
-    """FILE:LINE: WORD of each private word in the code."""
+    """Yields FILE:LINE: WORD for each private word in the code."""
     listed = subprocess.run(["git", "ls-files"], cwd=ROOT, capture_output=True, text=True, check=True).stdout.splitlines()
     for name in listed:
         if name.endswith(CODE_FILES) and name != "tests/style.py":

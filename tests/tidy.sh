@@ -10,10 +10,10 @@ base=${1:-$(git merge-base HEAD origin/main 2>/dev/null || true)}
 [ -n "$base" ] || base=$(git rev-parse -q --verify HEAD~1 || true)
 [ -n "$base" ] || { echo "there is no earlier commit: no source was checked"; exit 0; }
 mapfile -t files < <(git diff --numstat --no-renames --diff-filter=d "$base" -- 'shared/*.cpp' 'slave/*.cpp' 'master/*.cpp' |
-  sort -rn | cut -f 3)  # what was changed most comes first
+  sort -rn | cut -f 3)  # sources with most changes first
 [ ${#files[@]} -gt 0 ] || { echo "no source has changed since $(git rev-parse --short "$base")"; exit 0; }
 
-# Each source by itself, as unity builds do not know it; the wire's messages as the release build generated them.
+# Each source is checked separately, without unity build, with the message headers of the release build.
 messages=$PWD/build/release/proto
 [ -e "$messages/palpate" ] || { echo "tidy.sh: run tests/run.sh --fast first" >&2; exit 1; }
 cmake --preset dev -B build/tidy -DPALPATE_TESTS=OFF >build/tidy.log 2>&1 || { cat build/tidy.log >&2; exit 1; }
@@ -26,7 +26,7 @@ check() {
   [ $left -gt 0 ] || return 0
   timeout $left clang-tidy -p build/tidy --extra-arg="-isystem$messages" --quiet --warnings-as-errors='*' "$1" \
     2> >(grep -v ' warnings generated' >&2) || status=$?
-  [ $status -eq 124 ] && return 0  # the time is over: not checked
+  [ $status -eq 124 ] && return 0  # the time is over, so this source was not checked
   [ $status -ne 0 ] || echo "$1" >>"$checked"
   return $status
 }

@@ -1,12 +1,13 @@
 #!/usr/bin/env python3
-"""Runs files that other people would bring, each written here from a truth that is known, and judges what the programs say.
+"""Makes input files as other people would bring them, from known values, runs the programs on them and judges the
+output.
 
-variations.py [-v] [NAME...]   runs all, or those whose name begins with NAME; -v: with what the programs say; exit 1: a wrong
-                               number without a word, or too many messages that do not help
+  variations.py [-v] [NAME...]   runs all, or those whose name begins with NAME; -v: also prints the output
 
-A variation is right if its numbers are those of its truth or a remark names the mistake; refused if the message names the
-cause; unhelpful if the message names another cause or none; silent if wrong numbers come without a word. The kinds are
-others than those of ../shared/cases and ../shared/cases-2. Programs: PALPATE_BIN, default build/release/bin.
+A variation is right if its numbers are the known ones or a remark names the mistake; refused if the message names the
+cause; unhelpful if the message names another cause or none; silent if wrong numbers come without a remark. The kinds
+differ from those of ../shared/cases and ../shared/cases-2.
+Programs: PALPATE_BIN, default build/release/bin. Exit code 1: a silent variation, or too many unhelpful ones.
 """
 import csv
 import gzip
@@ -28,14 +29,14 @@ import numpy as np
 ROOT = pathlib.Path(__file__).resolve().parents[1]
 BIN = pathlib.Path(os.environ.get("PALPATE_BIN", ROOT / "build/release/bin")).resolve()
 PACKAGE = BIN.parent / "python"
-MAX_UNHELPFUL = 5  # of all
+MAX_UNHELPFUL = 5  # largest number of unhelpful messages
 
 VARIATIONS = []
 
 
 def variation(command, refuse, truth=None, remark=None):
-    """`make(folder)` writes the input. `refuse`, `remark`: patterns that a refusal or a remark must all have, one text with
-    ` & ` between patterns. `truth(output, folder)`: whether the numbers are right."""
+    """`make(folder)` writes the input. `refuse`, `remark`: patterns that a rejection or a remark must match, joined by
+    ` & `. `truth(output, folder)` returns whether the numbers are right."""
     def add(make):
         VARIATIONS.append((make.__name__, make, command, refuse, truth, remark))
         return make
@@ -186,7 +187,7 @@ def identify_a_labview_file(f):
 
 
 def relaxes(output, _):
-    """From 18 kPa to 10.8 kPa with two minutes, the mean of the times by their shares."""
+    """Relaxes from 18 kPa to 10.8 kPa with two minutes, the weighted mean of the time constants."""
     found = re.search(r"young_modulus (\S+) \+- .*, (\S+) Pa for quick", output)
     terms = [(float(a), float(b)) for a, b in re.findall(r"share: ([\d.]+), time: (\S+) s", output)]
     mean = sum(a * b for a, b in terms) / max(sum(a for a, _ in terms), 1e-9)
@@ -215,7 +216,7 @@ PLACES = np.array([[0.02, 0.02, 0.02, 0, 0, -0.001], [0.02, 0.02, 0.02, 0, 0, -0
 COLUMNS = ["x", "y", "z", "dx", "dy", "dz"]
 PRESS = "{BIN}/palpate-slave identify press={F}/press.csv --scene {F}/scene.yaml --out {F}/out"
 SOLVE = "{BIN}/palpate-slave solve {F}/scene.yaml --contacts {F}/press.csv --out {F}/answers.csv"
-_plain = {}  # results of inputs in their plain form, made once
+_plain = {}  # cached results of inputs in their plain form
 
 
 def scene(f, geometry=BOX, **changes):
@@ -237,7 +238,7 @@ def forces(file):
 
 
 def plain_forces():
-    """Of the presses on the box as `solve` gives them for its plain table."""
+    """Returns the forces of the presses on the box that `solve` computes for the plain table."""
     if "solved" not in _plain:
         with tempfile.TemporaryDirectory() as folder:
             f = pathlib.Path(folder)
@@ -255,7 +256,7 @@ def same_forces(_, f):
 
 
 def pressed(f, titles, by, separator=",", force_by=1.0, extra=None, force_titles=("fx", "fy", "fz")):
-    """A table of presses with forces that `solve` gives for 20 kPa."""
+    """Writes a table of presses with the forces that `solve` computes for 20 kPa."""
     columns = [c for c in (PLACES * by).T] + [c for c in (plain_forces() * force_by).T]
     titles = list(titles) + list(force_titles)
     for title, column in (extra or {}).items():
@@ -505,7 +506,7 @@ def mesh_of_febio(f):
 
 
 def surface_of(nodes, elements):
-    """Triangles of tetrahedra that no other has, outward."""
+    """Returns the triangles that belong to one tetrahedron only, outward."""
     found = {}
     for a, b, c, d in elements:
         for face in ((b, c, d), (a, d, c), (a, b, d), (a, c, b)):
@@ -525,7 +526,7 @@ TETRAHEDRON = np.array([[0, 0, 0], [0.04, 0, 0], [0, 0.04, 0], [0, 0, 0.02]])
 
 
 def near_forces(_, f):
-    """A surface is filled by other tetrahedra: forces within a third, of a mesh of 5 mm under 12 mm."""
+    """Expects forces within a third: a surface is filled with other tetrahedra, of 5 mm under a tool of 12 mm."""
     answers = forces(f / "answers.csv")
     return np.allclose(answers[:, 2], plain_forces()[:, 2], rtol=0.33)
 
@@ -669,7 +670,7 @@ PROCESS = "{BIN}/palpate-slave process {F}/scene.yaml --out {F}/out"
 
 
 def png(pixels):
-    """A grey image of 8 or 16 bits, or of three channels of 8."""
+    """Returns a PNG: grey with 8 or 16 bits, or three channels of 8 bits."""
     depth, colour = 8 * pixels.dtype.itemsize, 2 if pixels.ndim == 3 else 0
     def chunk(kind, data):
         return struct.pack(">I", len(data)) + kind + data + struct.pack(">I", zlib.crc32(kind + data))
@@ -679,7 +680,7 @@ def png(pixels):
 
 
 def depth_image(rng, width=320, height=240, focal=390.0, cx=159.5, cy=119.5, tilt=0.0, above=0.25):
-    """Depths [m] of a camera that looks down, rotated by `tilt` about its y axis [rad]."""
+    """Returns the depths [m] of a camera that looks down, rotated by `tilt` about its y axis [rad]."""
     u, v = np.meshgrid(np.arange(width), np.arange(height))
     ray = np.stack([(u - cx) / focal, (v - cy) / focal, np.ones(u.shape)], axis=-1)
     c, s = math.cos(tilt), math.sin(tilt)
@@ -713,7 +714,7 @@ def all_valid_without_force(_, f):
 
 
 def no_state_is_valid(output, f):
-    """And the surface at rest is named, so that the flag is no other."""
+    """Expects that no state is valid, and that the message names the surface at rest."""
     rows = states(f)
     named = [row for row in rows if "rest" in (row.get("check") or "")]
     return len(named) >= 10 and "the surface at rest" in output and not any(row["validity"] == "valid" for row in rows)
@@ -766,7 +767,7 @@ def depth_with_half_of_fy(f):
 
 @variation(PROCESS, "rest|distance|depth", all_valid_without_force)
 def depth_along_the_ray(f):
-    """Displacements are differences of two depths: 1.5 % too large at the edge of the body at most."""
+    """Displacements are differences of two depths, so they are at most 1.5 % too large at the edge of the body."""
     def along(z):
         u, v = np.meshgrid(np.arange(z.shape[1]), np.arange(z.shape[0]))
         return z * np.sqrt(1 + ((u - 159.5) / 390)**2 + ((v - 119.5) / 390)**2)
@@ -809,7 +810,8 @@ def depth_in_pgm(f):
 # ---- lenses of other programs, to register a camera of 640 x 480, fx 812
 
 LENS = np.array([[812.0, 0, 318.5], [0, 806.0, 243.25], [0, 0, 1]])
-POSE_ANGLE, POSE_AT = math.radians(150), np.array([0.04, 0.2, 0.3])  # about x; of the camera [m]
+# Rotation about x [rad], and position of the camera [m].
+POSE_ANGLE, POSE_AT = math.radians(150), np.array([0.04, 0.2, 0.3])
 REGISTER = "{BIN}/palpate-slave calibrate --register {F}/tips.csv --rig {F}/lens.yaml"
 
 
@@ -1002,7 +1004,7 @@ def train_with_the_normal_along_x(f):
 
 
 def honest(output, f):
-    """The forces cannot be right; the sigma of the network says so."""
+    """Expects that the sigma of the network covers its errors, because the forces cannot be right."""
     return json.loads((f / "net/network.json").read_text())["sigma"][2] > 0.3
 
 
@@ -1047,7 +1049,7 @@ def tactile_force_is_right(_, f):
     rows = [row for row in states(f) if row["validity"] == "valid"]
     _, _, w = touches(11, 3)
     force = np.array([float(row["fz"]) for row in rows])
-    # The state's force is of the object on the tool: opposite to what the sensor exerts.
+    # The state has the force of the object on the tool, opposite to that of the sensor on the object.
     return len(rows) > 100 and abs(np.abs(force).max() / np.abs(w).max() - 1) < 0.1
 
 
@@ -1074,7 +1076,7 @@ def tactile_in_pascals_without_a_title(f):
 
 @variation(PROCESS, "rest|touch", no_large_force_is_valid)
 def tactile_touched_at_the_start(f):
-    """The first half second of the recording is within the first contact."""
+    """Begins the recording within the first contact."""
     touched(f, lambda t, c: (t[:-190], c[190:]))
 
 
@@ -1285,7 +1287,7 @@ def has_all(text, patterns):
 
 
 def verdict_of(make, command, refuse, truth, remark):
-    """(right, refused, unhelpful or silent; output)."""
+    """Returns (right, refused, unhelpful or silent; output)."""
     with tempfile.TemporaryDirectory() as folder:
         f = pathlib.Path(folder)
         make(f)

@@ -1,11 +1,11 @@
 #!/usr/bin/env python3
-"""Runs `palpate-slave verify --forces`, or `python3 -m palpate.verify`, on recordings of others that were corrupted in a known way.
+"""Runs `palpate-slave verify --forces`, or `python3 -m palpate.verify`, on public recordings with known corruptions.
 
 40 random corruptions of the 9DTact pairs and of the foam bar of seed paper 1, and 10 random subsets of the pairs
 without one. A corruption is named if the report finds the corrupted quantity wrong with its size, and no other
-quantity. The foam bar's own scale and turned axes are always to be named; a unit times this scale is the factor of no
-unit, so that there the scale is to be named with its size and no unit. Exit code 1: fewer than 40 are named, or an
-alarm without a corruption; 77: no data.
+quantity. The foam bar's own scale and turned axes must always be named. With a wrong unit the factor includes this
+scale and fits no unit; then the scale must be named with its size, and no unit. Exit code 1: fewer than 40 are named,
+or a false alarm; 77: no data.
 
     python3 tests/verify_forces.py [--slave palpate-slave] [--seed 1] [--from command|csv|mcap|topics]
 
@@ -36,14 +36,14 @@ FOAM_SCALE = 1 / 1.47
 
 
 def nine_d_tact():
-    """Pairs (None, measured, estimated), without time."""
+    """Returns pairs (None, measured, estimated), without time."""
     with open(DATA / "tactile_9dtact" / "pairs.csv", encoding="utf-8") as table:
         return [(None, [float(row[f"true_f{a}_N"]) for a in "xyz"], [float(row[f"predicted_f{a}_N"]) for a in "xyz"])
                 for row in csv.DictReader(table)]
 
 
 def foam_bar():
-    """The network's force and the sensor's, whose rest value is subtracted."""
+    """Returns the force of the network and that of the sensor, minus its baseline."""
     with open(DATA / "seed001_rf_foam_bar" / "lstm_expected_rf.csv", encoding="utf-8") as table:
         rows = [(float(row["rel_time_s"]), [float(row[f"meas_f{a}_N"]) for a in "xyz"],
                  [float(row[f"y{i}"]) for i in range(3)]) for row in csv.DictReader(table)]
@@ -52,7 +52,8 @@ def foam_bar():
 
 
 class Corruption:
-    """`apply` changes rows (t, measured, estimated, sigma); `expected`: keys of the report that are to be wrong."""
+    """A corruption. `apply` changes rows (t, measured, estimated, sigma). `expected` are the keys that the report must
+    find wrong."""
 
     def __init__(self, name, expected, apply, check):
         self.name, self.expected, self.apply, self.check = name, expected, apply, check
@@ -67,7 +68,7 @@ def each(change):
 
 
 def turned(rng):
-    """A rotation by 15 to 40 degrees about a random axis (Rodrigues)."""
+    """Returns a rotation by 15 to 40 degrees about a random axis (Rodrigues)."""
     axis = [rng.gauss(0, 1) for _ in range(3)]
     size = math.sqrt(sum(x * x for x in axis))
     x, y, z = (a / size for a in axis)
@@ -80,7 +81,7 @@ def turned(rng):
 
 
 def scale(rng, own):
-    """Away from the factor that would correct the source's own scale."""
+    """Returns a factor that differs from the one that would correct the source's own scale."""
     factor = rng.choice([rng.uniform(0.6, 0.85), rng.uniform(1.2, 1.9)])
     while 0.8 < factor * own < 1.2:
         factor = rng.choice([rng.uniform(0.6, 0.85), rng.uniform(1.2, 1.9)])
@@ -128,7 +129,7 @@ def delay(rng):
 
 
 def moved(rows, late):
-    """The estimate `late` seconds later, on the same times."""
+    """Delays the estimate by `late` seconds on the same times."""
     times = [row[0] for row in rows]
     result, at = [], 0
     for t, m, _, s in rows:
@@ -143,7 +144,7 @@ def moved(rows, late):
 
 
 def sigma(rng):
-    """Sigma that covers the foam bar's own errors, times a factor."""
+    """Returns a sigma that covers the foam bar's own errors, times a factor."""
     factor = rng.choice([rng.uniform(0.15, 0.35), rng.uniform(4, 8)])
 
     def apply(rows):
@@ -152,7 +153,7 @@ def sigma(rng):
 
 
 def drift(rng):
-    """Along z, from the first row to the last one."""
+    """Adds a drift along z from the first row to the last one."""
     size = rng.choice([-1, 1]) * rng.uniform(0.2, 0.4)
 
     def apply(rows):
@@ -167,7 +168,7 @@ def peak_of(rows):
 
 
 def cases(rng):
-    """(set, rows, corruption, own findings) of every corruption."""
+    """Yields (set, rows, corruption, own findings) for every corruption."""
     tact, foam = nine_d_tact(), foam_bar()
     kinds = [scale, offset, sign, axes, turn, unit]
     for i in range(CORRUPTIONS):
@@ -187,7 +188,7 @@ def cases(rng):
                 factor = corruption.factor
                 corruption = Corruption(corruption.name, {"magnitude"}, corruption.apply,
                                         lambda card, factor=factor: abs(value_of(card, "magnitude") / (FOAM_SCALE * factor) - 1) < 0.1)
-            if kind is sign:  # the bar is pressed in one direction
+            if kind is sign:  # the bar is pressed in one direction only
                 corruption = Corruption("sign", {"sign"}, each(lambda e: [-x for x in e]), lambda card: True)
             yield "foam bar", foam, corruption, FOAM_OWN
 
@@ -196,7 +197,8 @@ SPACING = 0.1  # [s] between rows without time, in a bag
 
 
 def bag_messages(rows, apart):
-    """Messages of the sensor and of the estimate. `apart`: the sensor has one before and one after each estimate."""
+    """Returns messages of the sensor and of the estimate. `apart`: the sensor has one before and one after each
+    estimate."""
     start = 1_700_000_000 * 10**9
     times = [start + round(1e9 * (SPACING * i if row[0] is None else row[0])) for i, row in enumerate(rows)]
     shift = min(b - a for a, b in zip(times, times[1:])) // 3 if apart else 0

@@ -24,9 +24,9 @@ import serial  # type: ignore[import]
 Steps = tuple[int, int, int]
 STEP = 0.0625e-6   # [m]
 TRAVEL = 400_000   # steps, 25 mm
-PATIENCE = 0.25    # [s] longest wait for an answer, in addition to the duration of a move
+PATIENCE = 0.25    # [s] longest wait for an answer, beyond the duration of a move
 RATE = 20          # [Hz] reports
-AWAY = 4           # patiences without an answer: it may have been switched off
+MAX_SILENT_PERIODS = 4           # silent periods of PATIENCE after which the device may have been switched off
 ERRORS = {b"0": "a character arrived before the previous one was read", b"1": "a character without a stop bit",
           b"2": "input without an end character", b"4": "unknown command", b"8": "a move was interrupted"}
 
@@ -40,17 +40,15 @@ class Mp285:
 
     def __init__(self, port: str) -> None:
         self.line = serial.Serial(port, 9600, timeout=PATIENCE, write_timeout=PATIENCE)
-        self.known: Steps | None = None  # where it stood last
-        self.sent: Steps | None = None   # where it may have gone since
+        self.known: Steps | None = None  # last position
+        self.sent: Steps | None = None   # target of a move that may have been executed since
         self.heard_at = time.monotonic()
 
     def find(self) -> Steps:
-        """Interrupts a move, discards pending data, and reads the position twice.
-
-        After a silence of more than four answers it must stand where it stood or on its way: a device that was switched
-        off uses another origin.
+        """Interrupts a move, discards pending data, and reads the position twice. After a longer silence the position
+        must be the last one or on the commanded path: a device that was switched off counts from another origin.
         """
-        was_away = self.known is not None and time.monotonic() - self.heard_at > AWAY * PATIENCE
+        was_away = self.known is not None and time.monotonic() - self.heard_at > MAX_SILENT_PERIODS * PATIENCE
         self._write(b"\x03")
         while self.line.read(64):
             pass

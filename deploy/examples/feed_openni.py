@@ -19,7 +19,7 @@ from openni import openni2
 
 
 def depths(recording: str | None, count: int) -> Iterator[palpate.Image]:
-    """Depth images as the camera has them, not mirrored. They are stamped when they arrive."""
+    """Yields depth images, not mirrored, with the time of their arrival."""
     openni2.initialize()
     device = openni2.Device.open_file(recording.encode()) if recording else openni2.Device.open_any()
     stream = device.create_depth_stream()

@@ -5,8 +5,8 @@ usage: taxel_sensor.py record DIR [--taxels 16|60] [--presses N] [--seed N]
        taxel_sensor.py feed HOST:PORT [--taxels 16|60] [--presses N] [--seed N] [--tls DIR]
 
 The pad is an elastic layer on a stiff dome: a round object (4 to 12 mm) that enters it is pushed back by a pressure in
-proportion to its depth, along the dome's normal. The force is the sum of that pressure over 2,500 points. A taxel sees the
-pressure around it, with its own gain, saturation, creep, noise and a reading at rest that drifts.
+proportion to its depth, along the dome's normal. The force is the sum of that pressure over 2,500 points. A taxel
+measures the pressure around it, with its own gain, saturation, creep, noise and drifting baseline.
 
 record: writes DIR/000.csv and so on, ten presses each, with t, c1 to cN [kPa] and the force of the pad on the object fx, fy,
 fz [N]; also DIR/layout.txt. feed: presses against the pad of the scene's first finger in real time, and prints the rms error
@@ -27,8 +27,8 @@ Array = npt.NDArray[np.float64]
 RATE = 100.0  # [Hz]
 GRIDS = {16: (4, 4), 60: (10, 6)}  # taxels along x and y
 SIDE_X, SIDE_Y, DOME = 0.020, 0.016, 0.025  # pad and radius of its dome [m]
-STIFFNESS = 60e6  # of the layer: 120 kPa, 2 mm thick [Pa/m]
-BLUR = 0.0018  # width of what a taxel sees [m]
+STIFFNESS = 60e6  # pressure per depth of the layer, 120 kPa and 2 mm thick [Pa/m]
+BLUR = 0.0018  # width of the region that a taxel averages over [m]
 SATURATION = 150.0  # [kPa]
 CREEP, CREEP_TIME = 0.04, 1.5  # share and time of the delayed part [s]
 NOISE, DRIFT = 0.05, 0.02  # [kPa], [kPa per sqrt(s)]
@@ -37,7 +37,7 @@ LIMIT = 5.0  # [% of the peak]
 
 
 def dome(x: Array, y: Array) -> tuple[Array, Array]:
-    """Points of the surface [m] and outward normals; frame F of the pad: outwards is -z."""
+    """Returns points of the surface [m] and outward normals in frame F of the pad. Outwards is -z."""
     n = np.stack([x / DOME, y / DOME, -np.sqrt(1 - (x**2 + y**2) / DOME**2)], axis=-1)
     return n * DOME + np.array([0, 0, DOME]), n
 
@@ -59,7 +59,7 @@ class Pad:
         self.drift = np.zeros(taxels)
 
     def press(self, centre: Array, radius: float) -> tuple[Array, Array]:
-        """Readings [kPa] and the force of the pad on a ball [N]."""
+        """Returns the readings [kPa] and the force of the pad on a ball [N]."""
         depth = np.maximum(radius - np.linalg.norm(self.points - centre, axis=1), 0)
         pressure = STIFFNESS * depth
         force = ((pressure * self.areas)[:, None] * self.normals).sum(axis=0)
@@ -72,7 +72,7 @@ class Pad:
 
 
 def samples(pad: Pad, presses: int) -> Iterator[tuple[Array, Array]]:
-    """Readings and forces at RATE: rest, then presses that slide."""
+    """Yields readings and forces at RATE: first without contact, then presses that slide."""
     for _ in range(round(REST * RATE)):
         yield pad.press(np.array([0, 0, -1.0]), 0.01)
     for _ in range(presses):

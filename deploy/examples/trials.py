@@ -3,8 +3,9 @@
 
 usage: trials.py HOST:PORT TABLE.csv OUT [--seed N] [--master PROGRAM] [--tls DIR] [-- MASTER_OPTIONS ...]
 
-Columns of the table: label, seconds; if wanted repeats, render, position_scale, force_scale, young_modulus. OUT gets
-marks.csv (number, label, begin_s, end_s since 1970), and NUMBER-LABEL.csv and .mcap of each trial. Exit code 0: all ran.
+Columns of the table: label, seconds; if wanted repeats, render, position_scale, force_scale, young_modulus. Writes
+OUT/marks.csv (number, label, begin_s, end_s since 1970), and OUT/NUMBER-LABEL.csv and .mcap for each trial. Exit code
+0: all trials ran.
 """
 import argparse
 import csv

@@ -9,7 +9,8 @@ const loader = require('@grpc/proto-loader');
 
 const STATES = 100;
 const PROTO = path.join(__dirname, '../../proto');
-// A link that is cut is silent: a ping after 1 s without data, and an error 10 s later.
+// A cut link is silent, so the client pings after 1 s without data, and reports an error 10 s
+// later.
 const OPTIONS = {'grpc.enable_http_proxy': 0, 'grpc.keepalive_time_ms': 1000, 'grpc.keepalive_timeout_ms': 10000};
 
 function connect(address, tls) {
@@ -25,7 +26,7 @@ function connect(address, tls) {
 async function main(address, tls) {
   const slave = connect(address, tls);
   const stream = slave.WatchState({max_rate: 100});
-  stream.on('error', () => {});  // cancel makes one
+  stream.on('error', () => {});  // cancel() causes an error
   const states = [];
   for await (const state of stream) {
     if (states.push(state) === STATES) break;

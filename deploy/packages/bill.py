@@ -1,8 +1,8 @@
 #!/usr/bin/env python3
 """Prints the software bill of materials of Debian packages, in CycloneDX 1.5: bill.py VERSION FILE.deb...
 
-It lists the packages, each library package that they need, directly or by others, in the version of this machine, which
-they were built with, and what is compiled in: header-only libraries and the page's libraries from npm.
+It lists the packages; each library package that they need, directly or indirectly, in the version on this machine, with
+which they were built; and compiled-in code: header-only libraries and the web page's libraries from npm.
 """
 import hashlib
 import json
@@ -13,7 +13,7 @@ import sys
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 COMPILED_IN = ["libeigen3-dev", "libcli11-dev", "nlohmann-json3-dev", "libboost-dev"]
-# Names in machine-readable copyright files that SPDX writes otherwise.
+# License names of machine-readable copyright files, with their different SPDX names.
 SPDX = {"Expat": "MIT", "BSD-3-clause": "BSD-3-Clause", "BSD-2-clause": "BSD-2-Clause", "GPL-2": "GPL-2.0-only", "GPL-2+": "GPL-2.0-or-later",
         "GPL-3": "GPL-3.0-only", "GPL-3+": "GPL-3.0-or-later", "LGPL-2.1": "LGPL-2.1-only", "LGPL-2.1+": "LGPL-2.1-or-later",
         "LGPL-2+": "LGPL-2.0-or-later", "LGPL-3+": "LGPL-3.0-or-later"}
@@ -24,7 +24,7 @@ def output(*command):
 
 
 def installed():
-    """{name: (version, architecture, names it depends on)}, also by the names that packages provide."""
+    """Returns {name: (version, architecture, names it depends on)}, also for the names that packages provide."""
     packages, provided = {}, {}
     form = "${Package}\t${Version}\t${Architecture}\t${Provides}\t${Pre-Depends}, ${Depends}\n"
     for line in output("dpkg-query", "-W", "-f", form).splitlines():
@@ -36,7 +36,7 @@ def installed():
 
 
 def names_in(depends):
-    """[[alternatives]] of a Depends field."""
+    """Returns the [[alternatives]] of a Depends field."""
     return [[re.sub(r"[ (:].*", "", choice.strip()) for choice in group.split("|")] for group in depends.split(",") if group.strip()]
 
 

@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """Writes manual pages and bash completions from the --help texts: manuals.py BIN OUT VERSION
 
-BIN: folder of palpate-slave and palpate-master. OUT gets slave/ and master/, each with man/man1/*.1.gz and
+BIN: folder of palpate-slave and palpate-master. Creates OUT/slave and OUT/master, each with man/man1/*.1.gz and
 bash-completion/completions/*.
 """
 import gzip
@@ -32,7 +32,7 @@ complete -o default -F _{function} {program}
 
 
 def roff(text):
-    """Text for a manual page, with the names that packages give."""
+    """Formats text for a manual page, with the program names of the packages."""
     text = text.replace("deploy/certs", "palpate-certs").replace("deploy/scenes", "/usr/share/palpate/scenes")
     text = text.replace("\\", "\\e").replace("-", "\\-").replace("`", "\\(ga")
     return re.sub(r"(?m)^([.'])", r"\\&\1", text)
@@ -50,12 +50,12 @@ def option(given):
 
 
 def footer_of(text):
-    """What follows the options: notes, examples, exit codes."""
+    """Returns the text behind the options: notes, examples, exit codes."""
     return text[min(text.find(word) for word in ("Example:", "Examples:", "Exit codes:", "\0") if word in text + "\0"):].rstrip("\0").strip()
 
 
 def notes_of(text):
-    """The paragraphs behind the options, without examples and exit codes."""
+    """Returns the paragraphs behind the options, without examples and exit codes."""
     paragraphs = text.strip().split("\n\n")
     tables = [i for i, one in enumerate(paragraphs) if re.match("(Positionals|Options|Subcommands):", one.strip())]
     behind = paragraphs[max(tables, default=-1) + 1:]

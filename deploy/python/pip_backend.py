@@ -16,7 +16,7 @@ MODULE = f"_core{sysconfig.get_config_var('EXT_SUFFIX')}"
 
 
 def _has_ext_modules(_: Distribution) -> bool:
-    return True  # the module is built here: the wheel is of this machine's kind
+    return True  # the wheel contains a compiled module, so it is specific to this platform
 
 
 Distribution.has_ext_modules = _has_ext_modules  # type: ignore[method-assign]
@@ -25,7 +25,7 @@ subprocess.run([ROOT / "deploy/python/build.sh", ROOT / "build/pip"], check=True
 
 
 def build_wheel(wheel_directory: str, config_settings: Any = None, metadata_directory: str | None = None) -> str:
-    # A build of this tree keeps its options.
+    # An existing build keeps its options.
     options = [] if (ROOT / "build/release/CMakeCache.txt").exists() else ["-DPALPATE_TESTS=OFF", "-DPALPATE_VALIDATE=OFF"]
     subprocess.run([ROOT / "deploy/build.sh", "release", *options, "--", "palpate_core"], check=True)
     built = ROOT / "build/release/python/palpate" / MODULE

@@ -29,7 +29,7 @@ def module_of(path):
 
 
 def arrows():
-    """Modules, each with the set of modules it includes."""
+    """Returns the modules, each with the set of modules that it includes."""
     found = collections.defaultdict(set)
     for program in PROGRAMS:
         for file in sorted((ROOT / program).rglob("*")):
@@ -45,7 +45,7 @@ def arrows():
 
 
 def levels(graph):
-    """The row of each module; raises where there is a circle."""
+    """Returns the row of each module. Raises an error for circular includes."""
     height = {}
 
     def climb(module, way):
@@ -61,7 +61,7 @@ def levels(graph):
 
 
 def reduced(graph):
-    """The arrows that do not follow from others."""
+    """Returns the arrows that do not follow from others."""
     reach = {}
 
     def below(module):
@@ -74,7 +74,7 @@ def reduced(graph):
 
 
 def places(graph, height):
-    """x, y of each module's upper left corner: a row a level, rows ordered to keep arrows short."""
+    """Returns x and y of each module's upper left corner. Each level is a row, ordered so that arrows are short."""
     rows = collections.defaultdict(list)
     for module in sorted(graph, key=lambda r: (PROGRAMS.index(r.split("/")[0]) if r != "proto" else -1, r)):
         rows[height[module]].append(module)

@@ -18,7 +18,7 @@ def text(x, y, words, size=3.5):
 
 
 def board(x, y, square):
-    """A board whose lower left corner is at (x, y)."""
+    """Draws a chessboard with its lower left corner at (x, y)."""
     squares = [(i, j) for j in range(SQUARES[1]) for i in range(SQUARES[0]) if (i + j) % 2 == 0]
     inner = f"{SQUARES[0] - 1} and {SQUARES[1] - 1} inner corners, edge of a square {square:g} mm"
     return [box(x + square * i, y + square * j, square, square) for i, j in squares] + [text(x, y - 6, inner)]

@@ -22,7 +22,7 @@ def magnitude(row, prefix):
 
 
 def rows_of(slave, scene):
-    """(time, estimate, sigma, truth) of the first fingertip or of the tool, without unknown forces."""
+    """Returns rows (time, estimate, sigma, truth) of the first fingertip or of the tool, without unknown forces."""
     with tempfile.TemporaryDirectory() as folder:
         subprocess.run([slave, "process", ROOT / f"deploy/scenes/{scene}.yaml", "--out", folder], check=True,
                        stdout=subprocess.DEVNULL)

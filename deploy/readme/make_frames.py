@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Makes frames.svg: the frames M, S, O and F and the camera, and which way each reported force points."""
+"""Makes frames.svg: the frames M, S, O and F and the camera, and the direction of each reported force."""
 import pathlib
 
 HERE = pathlib.Path(__file__).resolve().parent

@@ -10,7 +10,7 @@ rm -rf "$scratch/film"
 tests/page/run.sh "$scratch" "$bin" ../../deploy/readme/page_pictures.mjs
 images=() last= count=0
 for image in "$scratch"/film/*.jpg; do
-  [ $((count++ % 3)) -eq 0 ] || continue  # a third of the images suffices, and keeps the file small
+  [ $((count++ % 3)) -eq 0 ] || continue  # every third image is used, to keep the file small
   time=$((10#$(basename "$image" .jpg)))
   [ "${last:-$time}" -ge $time ] || images+=(-d $((time - last)) "$previous")
   last=$time previous=$image

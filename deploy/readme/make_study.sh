@@ -1,5 +1,5 @@
 #!/bin/sh
-# Makes study-block.svg, the README's picture of what speed costs in accuracy, from the shipped block.
+# Makes study-block.svg, the README's figure of accuracy against speed, from the shipped block.
 #
 # usage: deploy/readme/make_study.sh [palpate-slave]   (default build/release/bin/palpate-slave)
 set -eu

@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# Makes what the guide "A webcam in fifteen minutes" shows: images of the page's steps, and the page to print. Needs
+# Makes the figures of the guide "A webcam in fifteen minutes": images of the page's steps, and the page to print. Needs
 # deploy/install.sh page, deploy/page.sh, a build.
 # usage: deploy/readme/make_webcam.sh [FOLDER]      FOLDER of the programs, build/release/bin by default
 set -euo pipefail

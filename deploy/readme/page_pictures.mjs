@@ -1,5 +1,6 @@
-// Pictures of the operator's page, run by make_pictures.sh: station, set-up and replay at two widths, and images of the film of a replay.
-// A picture is taken only of a session without alarm; a busy machine therefore takes long.
+// Pictures of the operator's page, run by make_pictures.sh: station, set-up and replay at two
+// widths, and images of the film of a replay. Pictures are taken only while there is no alarm,
+// which takes long on a busy machine.
 import { execFileSync } from 'node:child_process';
 import { test } from 'node:test';
 import { mkdirSync, rmSync, writeFileSync } from 'node:fs';
@@ -9,16 +10,17 @@ import { Person, cameraOf, imagesOf } from '../../tests/page/setup_person.mjs';
 import { BIN, ROOT, SCRATCH, Stage, pause, serve, size, until } from '../../tests/page/stage.mjs';
 
 const SIZES = [[1280, 720], [390, 844]];
-const CYCLE_MS = 4000;  // of the simulated operator
-const SESSION_S = 24, FULL_S = 12;  // of the recording; until its charts are full
-const SPEED = 0.25;  // of the film, so that a browser without a graphics card draws more of it
+const CYCLE_MS = 4000;  // period of the simulated operator's presses
+const SESSION_S = 24, FULL_S = 12;  // duration of the recording; time until its charts are full
+// Playback speed for the film, so that a browser without a graphics card draws enough images.
+const SPEED = 0.25;
 const FOLDER = path.join(SCRATCH, 'film'), RECORDING = path.join(SCRATCH, 'film.mcap');
 const toImage = cameraOf({ pixel: 0.35, centre: [44, 54] });  // as deploy/scenes/silicone-block.yaml has it
 
 const isCalm = ({ alarms, link, state }) => !alarms.length && link.word === 'good' && state === 'FOLLOWING';
 const forceOf = ({ chain }) => size(chain.sent);
 
-// A picture per width, each while `isReady` holds.
+// Takes a picture at each width while `isReady()` is true.
 async function shoot(stage, name, isReady) {
   for (const [width, height] of SIZES) {
     await stage.page.setViewportSize({ width, height });
@@ -31,7 +33,7 @@ async function shoot(stage, name, isReady) {
   }
 }
 
-// A session without alarm from the time on when the charts are full.
+// Records a session that has no alarm after its charts are full.
 async function record() {
   const slave = await serve('silicone-block');
   try {

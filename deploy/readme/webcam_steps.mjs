@@ -1,4 +1,5 @@
-// Images of the steps of the guide "A webcam in fifteen minutes", with the answers of its example; run by make_webcam.sh.
+// Makes images of the steps of the guide "A webcam in fifteen minutes", with the answers of its
+// example; run by make_webcam.sh.
 import { test } from 'node:test';
 import { readdirSync, rmSync } from 'node:fs';
 import path from 'node:path';

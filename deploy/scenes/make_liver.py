@@ -9,8 +9,8 @@ The body is the image of a lattice of cells, u and v from -1 to 1, w from 0 to 1
 
     x = u sqrt(1 - v^2 / 4),  y = v sqrt(1 - u^2 / 4)                      rounded outline
     s = 1 - w^2 / 10                                                       walls that lean inwards
-    h = 62 (1 - (x^2 + y^2) / 5) (1 - x / 4)                               a thick and a thin lobe
-    p = (80 s x, 52 s (y + x^2 / 10 - 0.05), w h)
+    h = 62 (1 - (x^2 + y^2) / 5) (1 - x / 4)                               a thick and a thin lobe p = (80 s x, 52 s (y
+    + x^2 / 10 - 0.05), w h)
 
 Its extent is about 160 x 104 x 66 mm. The underside lies in z = 0. Python without packages; the same N gives the same file.
 """
@@ -18,7 +18,7 @@ import argparse
 import math
 import pathlib
 
-CELLS = (36, 26, 18)  # along u, v and w; scaled to the wanted number
+CELLS = (36, 26, 18)  # along u, v and w; scaled to the requested number of tetrahedra
 # The cube's six tetrahedra around the diagonal from corner 0 to corner 7; corner = i + 2 j + 4 k.
 TETS = ((0, 1, 3, 7), (0, 3, 2, 7), (0, 2, 6, 7), (0, 6, 4, 7), (0, 4, 5, 7), (0, 5, 1, 7))
 
@@ -36,7 +36,7 @@ def place(u, v, w):
 
 
 def body(tets):
-    """Nodes [mm] and tetrahedra, whose corners are numbers of nodes from 0."""
+    """Returns nodes [mm] and tetrahedra, whose corners are node numbers from 0."""
     cells = cells_for(tets)
     steps = [range(n + 1) for n in cells]
     nodes = [place(2 * i / cells[0] - 1, 2 * j / cells[1] - 1, k / cells[2])

@@ -37,7 +37,7 @@ CLI::Validator Between(double low, double high, const std::string& unit = "s") {
             return text + ": expected " + CLI::detail::to_string(low) + " to " +
                    CLI::detail::to_string(high) + " " + unit;
           },
-          ""};  // The help shows the type name alone.
+          ""};  // so that the help shows only the type name
 }
 
 void AddTls(CLI::App* command, std::filesystem::path* tls) {
@@ -208,7 +208,7 @@ void Declare(CLI::App* app, Arguments* a, DoctorArguments* doctor) {
       "of FILE.mcap reads all of them")
       ->check(Between(1, 1e6));
   AddLineOptions(connect, &a->link);
-  // A function, because CLI11 would write `false` into an optional that nobody set.
+  // Uses a function, because CLI11 would write `false` to an optional that was not set.
   connect->add_flag_function(
       "--datagrams,!--no-datagrams", [a](std::int64_t count) { a->link.datagrams = count > 0; },
       "Send states and commands also by UDP, encrypted with keys from the stream; default: on to "

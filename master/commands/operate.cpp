@@ -32,10 +32,10 @@
 namespace palpate {
 namespace {
 
-constexpr int kPollMs = 100;  // between looks whether to end [ms]
+constexpr int kPollMs = 100;  // period at which the loop checks whether to end [ms]
 
-// A line of the terminal, or what came of it; empty: none within the poll time. nullopt: the
-// terminal is gone, and would be found readable for ever.
+// Returns a line of the terminal, or its available part; empty: none within the poll time. nullopt:
+// the terminal was closed, after which it would always be readable.
 std::optional<std::string_view> TypedLine(std::array<char, 256>* buffer) {
   pollfd input{STDIN_FILENO, POLLIN, 0};
   if (poll(&input, 1, kPollMs) <= 0) return std::string_view();
@@ -67,11 +67,11 @@ class Keys {
   std::jthread thread_;
 };
 
-constexpr auto kLastWords = std::chrono::milliseconds(50);  // for the last command to leave
-constexpr std::size_t kMaxResets = 4;                       // that wait for the slave
+constexpr auto kLastWords = std::chrono::milliseconds(50);  // time to send the last command
+constexpr std::size_t kMaxResets = 4;                       // largest number of waiting resets
 constexpr auto kSignalPoll = std::chrono::milliseconds(10);
 
-// Gives up at a signal.
+// Connects to the slave; a signal cancels it.
 RemoteScene Connect(SlaveLink* link) {
   const std::jthread watch([link](const std::stop_token& done) {
     while (!done.stop_requested() && !g_stop) std::this_thread::sleep_for(kSignalPoll);
@@ -114,7 +114,7 @@ std::optional<double> CertificateUntil(const std::filesystem::path& folder) {
   return std::chrono::duration<double>(expiry->time_since_epoch()).count();
 }
 
-// Observes what loop, page and recording need, all on one connection.
+// Opens the streams that loop, page and recording need, on one connection.
 std::unique_ptr<Observer> OpenObserver(const Arguments& a, RenderMode render, Line* line,
                                        ConnectRecorder* recorder) {
   SlaveLink::Options link = a.link;
@@ -128,7 +128,7 @@ std::unique_ptr<Observer> OpenObserver(const Arguments& a, RenderMode render, Li
   return observer;
 }
 
-// Null: no --view.
+// Returns the station of the web page; null without --view.
 std::unique_ptr<LiveStation> OpenStation(const Arguments& a, const RemoteScene& scene,
                                          SlaveLink* link, Device* device,
                                          OperatorRequests* requests, ConnectRecorder* recorder,
@@ -267,7 +267,7 @@ int Operate(const Arguments& a, Line* line, std::unique_ptr<Device> device,
     observer->Need(Observer::User::kTable, {.mesh_rate = 5});
   }
   if (recorder) recorder->AddTickObserver(&options.on_tick);
-  // A reset may take seconds on a slow line, while this thread must go on reading the ticks.
+  // A reset may take seconds on a slow link, while this thread must continue to read the ticks.
   LatestValue<std::string> reset_answer;
   TaskQueue calls(kMaxResets);
   Report report = RunSession(

@@ -14,7 +14,7 @@ constexpr double kMaxReading = 100;     // largest position [m] and velocity [m/
 constexpr double kRounding = 1 + 1e-9;  // the loop limits by the same bounds
 constexpr double kUnit = 1e-2;          // deviation of the length of an orientation from 1 [-]
 
-// Returns `wanted` with at most the length `most`; zero if it is no number. Adds whether it was
+// Returns `wanted` shortened to the length `most`; zero if it is not finite. Reports whether it was
 // changed.
 Eigen::Vector3d Limited(const Eigen::Vector3d& wanted, double most, bool* changed) {
   if (!wanted.allFinite()) {

@@ -7,7 +7,7 @@
 namespace palpate {
 namespace {
 
-constexpr double kMaxLeap = 0.1;  // longest gap between readings that is made up for [s]
+constexpr double kMaxLeap = 0.1;  // longest simulated time between readings [s]
 
 }  // namespace
 

@@ -10,12 +10,13 @@
 namespace palpate {
 namespace {
 
-constexpr double kRest = 0.2;           // at rest before engaging [s]
-constexpr double kSettle = 0.1;         // engaged before moving [s]
-constexpr double kEngageTimeout = 1.0;  // engaged without a guide before giving up [s], and
+constexpr double kRest = 0.2;           // rest before engaging [s]
+constexpr double kSettle = 0.1;         // time engaged before moving [s]
+constexpr double kEngageTimeout = 1.0;  // time engaged without a guide before giving up [s], plus
 constexpr double kTrips = 3;            // additional round trips
 constexpr double kHold = 1.0;           // at the peak, if the cycle has room [s]
-constexpr double kHoldShare = 1.3;   // of half the rest of the contact: a third of all, with margin
+// Smallest hold relative to the contact time of one ramp, so that the hold is at least a third.
+constexpr double kHoldShare = 1.3;
 constexpr double kBlind = 0.25;      // without a guide: wait before the retreat [s]
 constexpr double kMaxRamp = 20;      // a longer ramp is not started [s]
 constexpr double kMinRamp = 0.1;     // retreat [s]
@@ -30,7 +31,7 @@ double EaseRate(double tau) {
   return 30 * tau * tau * (1 - tau) * (1 - tau);
 }
 
-// tau at which the ramp has covered the fraction `s` in [0, 1].
+// Returns the relative time tau at which the ramp has covered the fraction `s` in [0, 1].
 double InverseEase(double s) {
   double low = 0, high = 1;
   for (int i = 0; i < 40; ++i) {

@@ -9,7 +9,8 @@
 namespace palpate {
 namespace {
 
-constexpr double kSlowest = 1e-4;  // no damping below: noise has no direction [m/s]
+// No damping at lower speeds, where noise determines the direction [m/s].
+constexpr double kSlowest = 1e-4;
 
 }  // namespace
 

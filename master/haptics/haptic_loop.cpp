@@ -18,7 +18,7 @@ namespace {
 constexpr double kMaxForce = 1e9;     // larger forces are invalid [N]
 constexpr double kMaxPosition = 1e4;  // larger positions are invalid [m]
 
-// Finite and of at most this size in each direction.
+// Returns whether all components are finite and within the limit.
 bool IsWithin(const Eigen::Vector3d& v, double limit) {
   return v.allFinite() && v.cwiseAbs().maxCoeff() <= limit;
 }
@@ -43,7 +43,7 @@ bool IsSane(const SlaveState& state) {
 constexpr double kFadeIn = 0.050;  // [s]
 // The force is zero after `dead_after` and these two times, counted from the last state: 80 ms by
 // default.
-constexpr double kHoldForce = 0.010;  // of HOLD before the fade [s]
+constexpr double kHoldForce = 0.010;  // time in HOLD before the fade [s]
 constexpr double kFadeOut = 0.040;    // [s]
 constexpr double kFadeOfSilence =
     0.030;  // after a fault of sensor or manipulator that the slave has waited for [s]
@@ -51,7 +51,7 @@ constexpr double kFuture = 0.050;         // accepted lead of a timestamp [s]
 constexpr double kOffsetRounding = 1e-6;  // [m]
 constexpr double kTicksPerSecond = 1000;
 
-// Sample time on the master's clock.
+// Returns the sample time on the master's clock.
 Time SensedAt(const ReceivedState& received) {
   return received.state.sensed_at - Seconds(received.clock_offset);
 }
@@ -61,7 +61,7 @@ double AtTool(double stiffest, const TeleopTransform& transform) {
   return stiffest / (transform.position_scale * transform.force_scale);
 }
 
-// The surface as the tool at `p_S` meets it, frame M.
+// Returns the surface that the tool at `p_S` meets, frame M.
 DeviceGuide SurfaceAt(const Eigen::Vector3d& p_S, const Renderer& renderer,
                       const TeleopTransform& transform, double now) {
   DeviceGuide guide;
@@ -256,7 +256,8 @@ void HapticLoop::TakeSettings() noexcept {
 bool HapticLoop::IsNewestStateUsable(Time now) noexcept {
   const SlaveState& state = newest_->state;
   const double age = SecondsBetween(SensedAt(*newest_), now);
-  // The base, because a slave that delays its echoes must not make old states acceptable.
+  // Uses the smallest round trip, because a slave that delays its echoes must not make old states
+  // acceptable.
   const double delay = std::min({base_trip_.OrZero(), newest_->round_trip, options_.max_trip});
   const double oldest = settings_.max_age + delay;
   Reasons flags;

@@ -19,7 +19,7 @@ bool IsModest(const Matrix& m) {
 }
 
 constexpr std::array<std::string_view, 3> kModes{"local", "interpolate", "hold"};
-constexpr double kNoticeable = 0.01;  // a change of K, of its size
+constexpr double kNoticeable = 0.01;  // relative change of K
 constexpr double kLowering = 0.01;    // of the transport delay [s/s]
 
 // Moves `share` by one `step` towards 1 if it is `wanted`, else towards 0.

@@ -46,7 +46,7 @@ void TickDrive::Run(Clock::duration length, const std::stop_token& stop,
   wanted_ = true;
   RunPeriodically(length, stop, stats, [this] { return Supervise(); });
   if (!driven_) return;
-  // The device's ticks count, at its own rate, not the periods in which this thread looked.
+  // Counts the device's ticks at its own rate, not the periods of this thread.
   const double usual = 1 / std::chrono::duration<double>(kHapticPeriod).count();
   const double rate = device_.limits().rate;
   const double periods = stats->duration * (rate > 0 ? rate : usual);

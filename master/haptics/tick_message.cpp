@@ -16,8 +16,8 @@ OperatorState FromProto(v1::OperatorPhase phase) {
   return is_known ? static_cast<OperatorState>(phase - 1) : OperatorState::kDisconnected;
 }
 
-// The fields that are read as they are written, each with its value and the largest accepted size.
-// Const records are written, others read.
+// Calls `field` for each field with its value and largest accepted magnitude. The same list serves
+// for writing (const records) and for reading.
 template <class Record, class Fields>
 void VisitTick(Record& record, const Fields& field) {
   using M = v1::ForceTick;

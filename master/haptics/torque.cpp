@@ -7,7 +7,7 @@ namespace {
 
 constexpr double kMaxSensedMoment = 1e9;  // larger moments are invalid [N m]
 
-// Share of `whole` that `part` has along it, from 0 to 1.
+// Returns the component of `part` along `whole` relative to `whole`, from 0 to 1.
 double Share(const Eigen::Vector3d& part, const Eigen::Vector3d& whole) {
   const double size = whole.squaredNorm();
   return size > 0 ? std::clamp(part.dot(whole) / size, 0.0, 1.0) : 0;

@@ -22,8 +22,8 @@ constexpr int kFirstRetryMs = 50, kMaxRetryMs = 500;
 // longer on a busy machine.
 constexpr int kHandshakeTrips = 3;
 constexpr int kKeepaliveMs = 1000;
-// [bytes] on their way at most. Ticks: 200 states of 256 bytes a second, twice, for each second of
-// round trip; how many old ones a stall may leave is bounded by the loop's limit on age.
+// Largest amount of data in transit [bytes]. Ticks: twice 200 states of 256 bytes per second of
+// round trip; the loop's limit on age bounds the number of old states after a stall.
 constexpr int kTickWindow = 2 * 200 * 256, kBulkWindow = 65536;
 constexpr std::chrono::milliseconds kSecond(1000), kMaxWait(30000);
 constexpr int kMaxMesh = 64 << 20;  // [bytes]
@@ -82,8 +82,8 @@ std::shared_ptr<grpc::Channel> OpenChannel(const std::string& target, Traffic tr
   arguments.SetInt(GRPC_ARG_INITIAL_RECONNECT_BACKOFF_MS, kFirstRetryMs);
   arguments.SetInt(GRPC_ARG_MIN_RECONNECT_BACKOFF_MS, kHandshakeTrips * trip_ms);
   arguments.SetInt(GRPC_ARG_MAX_RECONNECT_BACKOFF_MS, kMaxRetryMs);
-  // The window of the whole connection is 64 kB, and nothing but the probe makes it larger, which a
-  // long line needs; on a short one it would only leave room for what is old.
+  // The window of the whole connection is 64 kB. Only the bandwidth probe enlarges it, which a link
+  // with a long delay needs; on a short one it would only buffer old data.
   arguments.SetInt(GRPC_ARG_HTTP2_BDP_PROBE, trip_ms > kSecond.count());
   arguments.SetInt(GRPC_ARG_HTTP2_STREAM_LOOKAHEAD_BYTES,
                    bulk ? kBulkWindow : kTickWindow * (trip_ms / 1000));

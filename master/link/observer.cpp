@@ -84,7 +84,7 @@ struct Observer::Parts {
 
   const Options options;
   const std::unique_ptr<v1::Teleoperation::Stub> stub;
-  // Each of these members is used by the thread of its stream alone.
+  // Each of these members is used only by the thread of its stream.
   std::shared_ptr<const MeshTopology> topology;  // of the open stream; null: not received yet
   PatchReader patch_reader;
   std::optional<std::uint32_t> revision;  // of the scene that was forwarded last
@@ -98,7 +98,7 @@ struct Observer::Parts {
   PatchStats patches;                  // without the counts of the stream keeper
   std::map<Time, SampleTrace> traces;  // by the time of their samples
   SlaveHealth health;
-  PriorityInheritanceCondition wake;  // never notified: a wait that ends with a stop
+  PriorityInheritanceCondition wake;  // never notified; only for a wait that ends with a stop
 
   mutable PriorityInheritanceMutex streams_mutex;  // guards the users' needs and their streams
   std::array<ObservedViews, kUsers> needs;

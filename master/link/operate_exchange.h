@@ -91,7 +91,7 @@ class OperateExchange {
 
   const Surroundings with_;
   std::uint64_t stream_sequence_ = 0;       // used by the reader of the stream only
-  mutable PriorityInheritanceMutex mutex_;  // guards what follows
+  mutable PriorityInheritanceMutex mutex_;  // guards the members below
   bool is_over_ = false;                    // no state is accepted any more
   std::uint64_t last_sequence_ = 0;
   ReceivedState last_;

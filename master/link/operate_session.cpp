@@ -58,7 +58,7 @@ void OperateSession::SendCommands(Stream* stream, const std::stop_token& stop) {
     if (!MayGoOn(now)) break;
     SendNewest(stream);
   }
-  writer_.reset();  // its thread uses the stream and the line of datagrams
+  writer_.reset();  // its thread uses the stream and the datagram socket
   stream->WritesDone();
 }
 
@@ -97,13 +97,13 @@ void OperateSession::SendNewest(Stream* stream) {
   if (with_.on_sent) with_.on_sent(*command);
 }
 
-// The keys of the datagrams are of this stream alone: neither recorded nor shown.
+// The keys of the datagrams belong to this stream: they are neither recorded nor shown.
 void OperateSession::ReceiveFromStream(std::shared_ptr<v1::SlaveState> message) {
   const Time now = Clock::now();
   if (message->has_datagrams()) OpenDatagrams(message->datagrams());
   message->clear_datagrams();
   if (exchange_.TakeFromStream(std::move(message), now)) {
-    heard_at_ = now;  // datagrams keep no stream alive
+    heard_at_ = now;  // only the stream counts, not datagrams
   }
 }
 

@@ -132,7 +132,7 @@ class OperateSession {
   bool is_introduced_ = false;  // used by the sender only, like the next two
   v1::OperatorCommand message_;
   std::optional<NewestWriter<v1::OperatorCommand, Stream>> writer_;  // set while datagrams are used
-  PriorityInheritanceMutex mutex_;                                   // guards what follows
+  PriorityInheritanceMutex mutex_;                                   // guards the members below
   std::unique_ptr<DatagramLine> line_;  // outlives the sender; null: none
 };
 

@@ -77,7 +77,7 @@ class OperatorCalls {
   v1::Teleoperation::Stub* stub_ = nullptr;
   std::atomic<std::chrono::milliseconds> deadline_{kMinDeadline};
   std::atomic<std::uint64_t> known_stops_{0};
-  PriorityInheritanceMutex mutex_;  // guards what follows
+  PriorityInheritanceMutex mutex_;  // guards the members below
   std::set<grpc::ClientContext*> running_;
   bool is_over_ = false;
   grpc::ClientContext *stop_call_ = nullptr, *reset_call_ = nullptr;  // under way

@@ -12,7 +12,7 @@ namespace {
 
 constexpr int kLine = 2, kTriangle = 3;
 constexpr double kSinglePrecision = 1e-7;  // of the object's size
-constexpr double kMaxTraction = 1e15;      // [Pa], beyond what any model answers
+constexpr double kMaxTraction = 1e15;      // [Pa], larger than any result of a model
 
 using Floats = google::protobuf::RepeatedField<float>;
 

@@ -13,7 +13,7 @@
 namespace palpate {
 namespace {
 
-// A scene whose model is chosen takes long to check.
+// The check of a scene with `model.kind: auto` takes long.
 constexpr std::chrono::seconds kCallWithin(90);
 constexpr std::chrono::seconds kImageWithin(5);  // two images of a camera
 constexpr std::uint32_t kBestQuality = 100;      // of a JPEG: the tip's template is cut from it
@@ -36,7 +36,7 @@ int HttpStatusOf(grpc::StatusCode code) {
   }
 }
 
-// Without its prefix; empty: the status has none.
+// Returns the name of the ErrorReason without its prefix; empty: the status has none.
 std::string ReasonName(const grpc::Status& status) {
   constexpr std::string_view kPrefix = "ERROR_REASON_";
   const v1::ErrorReason reason = ReasonOf(status);

@@ -31,16 +31,19 @@ using std::chrono::milliseconds;
 
 constexpr milliseconds kFirstRetry(50), kMaxRetry(500);
 constexpr milliseconds kLeaseRetry(1000);
-constexpr milliseconds kLostLeaseRetry(10000);  // another operator has the time to take it
+constexpr milliseconds kLostLeaseRetry(10000);  // gives another operator time to take the lease
 constexpr double kObservedRate = 30;  // states of a slave that this link does not operate [Hz]
 constexpr milliseconds kMaxDeadline(60000);
-constexpr milliseconds kNoRefusal(500);        // what takes so long is no port without a listener
-constexpr milliseconds kFirstReckoned(10000);  // round trip, until one is known
+constexpr milliseconds kNoRefusal(500);        // a port without a listener rejects faster
+constexpr milliseconds kFirstReckoned(10000);  // assumed round trip until one is known
 constexpr int kTripsBorne =
-    6;  // of what a call took, while a line that was idle gets going; longer is dead
-constexpr int kTimesTheFirst = 4;                  // of what the first answer took
-constexpr milliseconds kReportedAfterwards(3000);  // that a state was refused, while others are not
-constexpr milliseconds kGrace(300);  // for the slave to end the stream after our goodbye
+    // Time limit of later calls relative to the first one, because an idle link is slow at first.
+    6;
+constexpr int kTimesTheFirst = 4;  // time limit relative to the time of the first answer
+// Time for which a rejected state is reported, while others are accepted.
+constexpr milliseconds kReportedAfterwards(3000);
+// Time for the slave to end the stream after the master has finished.
+constexpr milliseconds kGrace(300);
 
 constexpr const char* kNoDatagrams = "no datagrams come through: states and commands use TCP alone";
 
@@ -56,13 +59,13 @@ LinkStats::Times TimesOf(const LatencyHistogram& times) {
   return {times.Quantile(0.5), times.Quantile(0.99), times.max()};
 }
 
-// Time until the slave is asked again after a stream that ended for `reason`.
+// Returns the time until the next attempt after a stream that ended with `reason`.
 milliseconds PauseAfter(v1::ErrorReason reason, Backoff* backoff) {
   if (reason == v1::ERROR_REASON_LEASE_HELD) return kLeaseRetry;
   return reason == v1::ERROR_REASON_LEASE_LOST ? kLostLeaseRetry : backoff->Next();
 }
 
-// A slave answered and rejected the call.
+// Returns whether a slave answered and rejected the call.
 bool IsAnswer(const grpc::Status& status) {
   const auto code = status.error_code();
   return !status.ok() && code != grpc::StatusCode::UNAVAILABLE &&
@@ -86,15 +89,15 @@ struct SlaveLink::Parts {
     calls.Use(stub.get());
   }
 
-  // `waits`: for a connection, within the deadline. Nobody moves a connection on while no call
-  // waits. Afterwards calls have the time that this line needs.
+  // `waits`: waits for a connection within the deadline, because gRPC advances a connection only
+  // while a call waits. Afterwards the time limits of calls are adapted to this link.
   grpc::Status RequestScene(RemoteScene* scene, bool waits, milliseconds deadline);
   void Run(const std::stop_token& stop, LatestValue<ReceivedState>* states,
            LatestValue<OperatorCommand>* commands);
-  // Reads what the master goes by. One at a time. Another scene than the one that was connected to
-  // is refused: the device is made for that one.
+  // Reads the settings. One call at a time. Rejects another scene than that of the first
+  // connection, because the device was opened for that scene.
   grpc::Status ReadSettings();
-  // Keeps and hands on a state.
+  // Stores a state and passes it on.
   void Keep(const SlaveState& state, const StateRecord& record);
   // Reads settings or `known_stops` again, beside the stream, if `state` reports others.
   void Follow(const SlaveState& state);
@@ -108,13 +111,13 @@ struct SlaveLink::Parts {
   // Receives the states of a slave that does not serve this link, for `duration` (nullopt: no
   // limit), or until its settings change, the stream ends, or `stop`.
   void Observe(std::optional<milliseconds> duration, const std::stop_token& stop);
-  // Sleep; false: stopping.
+  // Sleeps; returns false if a stop was requested.
   bool Sleep(milliseconds duration) {
     return SleepUntil(std::chrono::steady_clock::now() + duration);
   }
   bool SleepUntil(std::chrono::steady_clock::time_point due);
-  // Waits for a connection, at most `duration`; false: stopping. gRPC moves a connection on only
-  // while somebody waits: after a refused attempt a sleep would leave the next one half open.
+  // Waits for a connection, at most `duration`; false: stopping. gRPC advances a connection only
+  // while a thread waits: after a rejected attempt a sleep would leave the next one half open.
   bool WaitForConnection(milliseconds duration);
 
   const Options options;
@@ -122,26 +125,27 @@ struct SlaveLink::Parts {
   milliseconds max_round_trip{}, answered_in{};   // the latter: a call on an open line
   std::shared_ptr<grpc::Channel> channel;         // never null
   std::unique_ptr<v1::Teleoperation::Stub> stub;  // never null
-  OperatorCalls calls;                            // with the stub
+  OperatorCalls calls;                            // uses the stub
   RoundTrips trips;
   std::atomic<std::uint64_t> states_received{0}, commands_sent{0}, states_by_datagram{0};
-  std::atomic<Time> datagram_at{Time{}};  // or when they could begin to come
-  std::optional<RemoteScene> first;       // that was connected to
+  std::atomic<Time> datagram_at{Time{}};  // or the time from which they were possible
+  std::optional<RemoteScene> first;       // scene of the first connection
   LatestValue<RemoteSettings>* settings = nullptr;
   std::atomic<std::uint32_t> read_revision{0};
   std::atomic<bool> rereads{false}, denied{false};
-  std::atomic<bool> stop_came{false};  // since the number of the newest stop was read
+  // Whether a stop was reported since the number of the newest stop was read.
+  std::atomic<bool> stop_came{false};
 
-  mutable PriorityInheritanceMutex mutex;  // guards what follows
+  mutable PriorityInheritanceMutex mutex;  // guards the members below
   PriorityInheritanceCondition changed;
   OperateSession* session = nullptr;
   bool stopping = false, was_connected = false;
-  LinkStats link_stats;  // but for what is counted elsewhere
+  LinkStats link_stats;  // without the parts that are counted elsewhere
   std::string refusal;   // of the last state that was refused
   Clock::time_point refused_at{};
   std::string unread;  // why the settings cannot be read; empty: they can
 
-  mutable PriorityInheritanceMutex states_mutex;  // guards what follows
+  mutable PriorityInheritanceMutex states_mutex;  // guards the members below
   StateRecord newest;
   Events events;
 
@@ -186,7 +190,7 @@ grpc::Status SlaveLink::Parts::ReadSettings() {
                    MaxAge(scene.sensor_rate)});
     read_revision = scene.settings_revision;
     return status;
-  } catch (const std::exception& error) {  // numbers that cannot be
+  } catch (const std::exception& error) {  // invalid numbers
     return {grpc::StatusCode::INTERNAL, error.what()};
   }
 }
@@ -285,7 +289,7 @@ void SlaveLink::Parts::Served() {
   link_stats.observes = false;
   denied = false;
   link_stats.trouble.clear();
-  unread.clear();  // they were read before this stream began
+  unread.clear();  // the settings were read before this stream began
   datagram_at = Clock::now();
 }
 

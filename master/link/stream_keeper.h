@@ -133,7 +133,7 @@ class StreamKeeper {
 
   const Open open_;
   const Take take_;
-  mutable PriorityInheritanceMutex mutex_;  // guards what follows
+  mutable PriorityInheritanceMutex mutex_;  // guards the members below
   PriorityInheritanceCondition stopped_;
   bool stopping_ = false;
   grpc::ClientContext* context_ = nullptr;  // of the stream that is open

@@ -17,7 +17,7 @@ using Eigen::Vector3d;
 
 constexpr double kMilli = 1e-3;
 constexpr double kDegree = std::numbers::pi / 180;  // [rad]
-constexpr double kWidest = 89;                      // half angle of a cone, it stays convex [deg]
+constexpr double kWidest = 89;  // largest half angle of a cone, so that it is convex [deg]
 
 std::vector<std::string> Split(std::string_view text, char separator) {
   std::vector<std::string> parts(1);
@@ -43,7 +43,7 @@ std::optional<Vector3d> ThreeNumbers(const std::string& text) {
   return numbers;
 }
 
-// `v`, shortened to at most `most`.
+// Returns `v`, shortened to at most `most`.
 Vector3d Within(const Vector3d& v, double most) {
   const double size = v.norm();
   return size <= most ? v : Vector3d(most / size * v);
@@ -54,12 +54,12 @@ Vector3d NearestOfCone(const Vector3d& q, const Vector3d& axis, double half_angl
   const Vector3d across = q - height * axis;
   const double r = across.norm(), c = std::cos(half_angle), s = std::sin(half_angle);
   if (r * c <= height * s) return q;                // inside
-  if (height * c <= -r * s) return {0, 0, 0};       // beyond the apex
+  if (height * c <= -r * s) return {0, 0, 0};       // the apex is nearest
   const Vector3d side = c * axis + s / r * across;  // along the nearest line of the surface
   return q.dot(side) * side;
 }
 
-// Parts of the text of a fixture: kind, point, and what follows.
+// Parts of the text of a fixture: kind, point, and remaining words.
 struct Words {
   std::string kind;
   std::vector<std::string> rest;

@@ -51,7 +51,7 @@ void OperatorMotion::Begin(const Vector3d& p_M, const TeleopTransform& transform
   speed_.Begin(p_M);
 }
 
-// Limits to the box, or to the way back for a tool that began outside of it.
+// Limits to the box, or to the direction towards it for a tool that began outside.
 Vector3d OperatorMotion::InBox(const Vector3d& p_S) noexcept {
   const Vector3d &lower = options_.box->point, &upper = options_.box->direction;
   box_lower_ = lower.cwiseMin(box_lower_.cwiseMax(p_S));

@@ -130,7 +130,7 @@ void Replay::Play(double from, double speed, const ReplayFeed& feed,
     // Only ticks define the time, because other messages have timestamps of another clock.
     const double played = SecondsBetween(begin, std::min(reader.at(), span_.last));
     if (reader.topic() == kTickTopic && played - asked >= kStep * (speed > 0 ? speed : 1)) {
-      // While nothing was recorded nothing is to be seen.
+      // Skips times in which nothing was recorded.
       if (speed > 0 && played - asked > kMaxGap) started -= Seconds((played - asked) / speed);
       asked = played;
       if (feed.goes_on && !feed.goes_on(from + played)) return;

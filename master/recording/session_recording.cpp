@@ -29,13 +29,14 @@ foxglove::CompressedImage ImageOf(const v1::ImageState& frame) {
 // Returns whether a message received `now` is kept, at about `rate` [Hz] after the one `*kept`
 // before.
 bool IsDue(Time now, double rate, Time* kept) {
-  constexpr double kJitter = 0.9;  // of a period: messages at this very rate are all kept
+  // Relative to the period, so that all messages at exactly this rate are kept.
+  constexpr double kJitter = 0.9;
   if (SecondsBetween(*kept, now) < kJitter / rate) return false;
   *kept = now;
   return true;
 }
 
-// An alarm whose numbers have changed is the same, as on the page.
+// Alarms that differ only in numbers are the same alarm, as on the page.
 std::string WithoutNumbers(std::string alarm) {
   std::erase_if(alarm, [](char c) { return c == '.' || (c >= '0' && c <= '9'); });
   return alarm;

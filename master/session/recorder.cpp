@@ -113,7 +113,7 @@ void Recorder::Drain(Time now) {
   TickRecord record;
   while (ring_->Pop(&record)) {
     Take(record);
-    // At once, because after a stall the ring contains seconds of ticks.
+    // Completes ticks at once, because after a stall the ring contains seconds of ticks.
     while (!waiting_.empty() && IsKnown(waiting_.front())) FinishFirst();
   }
   const double max_wait = kMaxWait + kTrips * round_trip_;

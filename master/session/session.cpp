@@ -103,7 +103,8 @@ class RateMeter {
   std::uint64_t ticks_ = 0;
 };
 
-// The end of a run disengages. A state that could continue becomes READY.
+// Returns the state after disengaging at the end of a run. A state that could continue becomes
+// READY.
 OperatorState AfterLettingGo(OperatorState state) {
   const bool could_go_on = state == OperatorState::kAligning ||
                            state == OperatorState::kFollowing || state == OperatorState::kClutched;

@@ -14,10 +14,11 @@ int BinOf(double force, int bins) {
   return static_cast<int>(std::min(std::log(force / kMinForce) / std::log(kStep), bins - 1.0));
 }
 
-constexpr double kContactShare = 0.01;  // of the peak
-constexpr std::uint64_t kLeft = 50;     // ticks without force that end a contact
+// Fraction of the peak force above which a tick counts as contact.
+constexpr double kContactShare = 0.01;
+constexpr std::uint64_t kLeft = 50;  // ticks without force that end a contact
 constexpr double kGivesWay =
-    0.9;  // share of the rendered force below which the true force may be gone
+    0.9;  // share of the rendered force below which the membrane may be broken
 constexpr std::size_t kSoon = 200;  // ticks in which a puncture would be reported
 
 }  // namespace

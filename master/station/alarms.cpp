@@ -17,7 +17,7 @@ constexpr double kLate = 0.030;      // [s]
 constexpr double kLateShare = 0.01;  // [-]
 constexpr double kSlowLoop = 900;    // [Hz]
 constexpr double kNearLimit = 0.8;   // [-]
-constexpr double kLittleRoom = 200;  // about ten minutes of a recording [MB]
+constexpr double kLittleRoom = 200;  // free disk space for about ten minutes of a recording [MB]
 constexpr double kClocksApart = 60;  // [s]
 constexpr const char* kSameRelease =
     "Features that only one of them has are off. Install the same release at both ends.";
@@ -43,7 +43,8 @@ class Alarms {
       AddReasons();
       AddLimit();
     }
-    if (link.connected || link.answers) AddNews();  // else these only repeat the cause
+    // Without a connection these would only repeat the cause.
+    if (link.connected || link.answers) AddNews();
     AddRest();
     return std::move(list_);
   }
@@ -79,7 +80,7 @@ class Alarms {
   void AddLine() {
     const LinkStats& link = moment_.status.link;
     const std::string why = link.trouble.empty() ? "" : ": " + link.trouble;
-    if (link.observes) return;  // nothing can be moved, and the page says so
+    if (link.observes) return;  // an observer cannot move anything, which the page shows
     if (!link.connected) {
       Stop("No link to the slave" + why + ".",
            link.answers
@@ -170,7 +171,7 @@ std::string NextFor(v1::Validity validity) {
 
 void Alarms::AddValidity() {
   const v1::SlaveState& state = moment_.slave_state;
-  // Those of newer slaves become the safest known value.
+  // Unknown values of newer slaves become the safest known value.
   const v1::Validity validity = ToProto(FromProto(state.validity()));
   const v1::FailedCheck check = ToProto(FromProto(state.check()));
   if (state.sequence() == 0 || validity == v1::VALIDITY_VALID) return;

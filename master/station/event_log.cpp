@@ -8,7 +8,7 @@
 namespace palpate {
 namespace {
 
-constexpr double kRepeat = 0.5;  // a repetition within this time is not logged [s]
+constexpr double kRepeat = 0.5;  // repetitions within this time are not logged [s]
 
 bool IsTrouble(OperatorState state) {
   return state == OperatorState::kEstop || state == OperatorState::kHold ||

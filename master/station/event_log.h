@@ -28,7 +28,7 @@ class EventLog {
  private:
   static constexpr std::size_t kMaxKept = 50;
 
-  std::mutex mutex_;  // guards what follows
+  std::mutex mutex_;  // guards the members below
   std::deque<LogEntry> entries_;
   std::uint64_t number_ = 0;
   bool is_news_ = false;

@@ -29,7 +29,7 @@ constexpr double kFrozenPeriods = 3;  // the same in sensor periods, for slow se
 constexpr std::size_t kMaxTasks = 4;  // requests of the page that wait for the slave
 constexpr double kTraceShown = 1;     // age of the tick whose trace is shown [s]
 
-// Streams of the slave while a page is open, and what was shown of them last.
+// Streams of the slave while a page is open, and the last shown message of each.
 struct PageViews {
   // `is_open`: a page is open now. `field`: one shows the displacement field.
   void Update(bool is_open, bool field, Observer* observer) {
@@ -47,7 +47,7 @@ struct PageViews {
   std::uint64_t image = 0, shape = 0;
 };
 
-// The slave's health as it was shown last.
+// The last shown health of the slave.
 struct ShownHealth {
   std::uint64_t version = 0;
   std::vector<std::string> alarms;
@@ -85,7 +85,7 @@ struct LiveStation::Parts {
 
   void Run(const std::stop_token& stop);
   void PutMoment();
-  // The trace of the newest tick whose sample's trace has come.
+  // Returns the trace of the newest tick whose sample trace has arrived.
   std::optional<HandTrace> TraceNow(const TickDigest::Moment& moment);
   // Time since the image is frozen [s]; 0: not frozen, or no image.
   double PutImage(const TickDigest::Moment& ticks);
@@ -93,13 +93,13 @@ struct LiveStation::Parts {
   void PutHealth();
   // Shows another scene that the slave uses after a set-up.
   void TakeScene(const RemoteScene& scene);
-  // When the slave sensed, on the session's clock [s].
+  // Returns the sample time on the session's clock [s].
   [[nodiscard]] double SinceBegin(const TickDigest::Moment& ticks, Time sensed_at) const;
 
   // Executes a command of a page. Returns the answer.
   std::string Do(std::uint64_t page, const PageCommand& asked);
   void OnPageLeft(std::uint64_t page);
-  // `page` shows the displacement field, or no more.
+  // Sets whether `page` shows the displacement field.
   void ShowField(std::uint64_t page, bool on);
   // Returns the answer; empty: there is none.
   std::string Point(std::uint64_t page, const PointerCommand& command);
@@ -121,20 +121,20 @@ struct LiveStation::Parts {
   NoticeBoard board;
   TickDigest ticks;
   EventLog event_log;
-  mutable std::mutex mutex;  // guards these two
+  mutable std::mutex mutex;  // guards the next two members
   SessionStatus status;
   SlaveLink::Mapping waiting;
   // Used by the server's thread.
   PointerControlLock lead;
-  std::set<std::uint64_t> field_pages;   // that show the field
-  std::atomic<bool> shows_field{false};  // one of them does
+  std::set<std::uint64_t> field_pages;   // pages that show the field
+  std::atomic<bool> shows_field{false};  // whether one of them shows it
   // Only the editor uses the members below.
   StationHello hello;
   PageViews page_views;
   ShownHealth health;
   std::optional<HandTrace> trace;
   std::vector<LogEntry> log;
-  bool is_waiting = false;  // what waits now
+  bool is_waiting = false;  // whether a setting waits now
   Display display{&board};
 
   TaskQueue tasks{kMaxTasks};
@@ -297,7 +297,7 @@ std::string LiveStation::Parts::Record(const RecordCommand& command) {
   return {};
 }
 
-// The slave refuses the reset if a stop came that this station does not know.
+// The slave rejects the reset if there was a stop that this station does not know.
 void LiveStation::Parts::Reset() {
   SubmitTask([this, stops = controls.known_stops()] {
     const std::string why = controls.reset(stops);

@@ -34,7 +34,7 @@ Json Triple(const Vector& v) {
   return Json::array({Number(v.x()), Number(v.y()), Number(v.z())});
 }
 
-// `json` with more members, each a key with JSON as text; an empty text is null.
+// Returns `json` with more members, each a key with its value as JSON text; an empty text is null.
 std::string With(const Json& json,
                  const std::vector<std::pair<std::string_view, std::string>>& more) {
   std::string text = Text(json);

@@ -100,7 +100,7 @@ constexpr auto kFrame = std::chrono::milliseconds(33),
                kPausedFrame = std::chrono::milliseconds(100);
 constexpr double kBefore =
     10;  // time before a jump target that is read for image, shape and charts [s]
-constexpr double kMinPlayed = 0.02;  // played at a jump even while paused [s]
+constexpr double kMinPlayed = 0.02;  // time that is played at a jump even while paused [s]
 constexpr double kHealthEvery = 1;   // [s]
 constexpr std::size_t kUntraced = 256;
 
@@ -133,7 +133,7 @@ struct ReplayStation::Parts {
   void Update(const TickRecord& tick);
   void Update(const SlaveState& state, const v1::SlaveState& message);
   void Update(const SampleTrace& trace);
-  // When the slave sensed, since the recording began [s].
+  // Returns the sample time since the beginning of the recording [s].
   [[nodiscard]] double Since(Time sensed_at) const;
   // Processes a request of a page and returns the answer.
   std::string Receive(std::string_view message);
@@ -168,7 +168,7 @@ struct ReplayStation::Parts {
   std::atomic<std::uint64_t> run{0};  // rises with each cut
   std::chrono::steady_clock::time_point put{};
 
-  std::mutex mutex;  // guards what follows
+  std::mutex mutex;  // guards the members below
   std::condition_variable_any changed;
   Course course;
   bool is_wanted = true;  // the course changed
@@ -192,7 +192,7 @@ ReplayFeed ReplayStation::Parts::Feed() {
   return consumer;
 }
 
-// The clocks' offset follows from how old the tick took its state to be.
+// The offset of the clocks follows from the state's age in the tick.
 void ReplayStation::Parts::Update(const TickRecord& recorded) {
   TickRecord tick = recorded;
   const auto stamp = stamps.find(tick.state_sequence);
@@ -281,7 +281,7 @@ void ReplayStation::Parts::Play(double speed, const std::stop_token& stop) {
   replay.Play(at, speed, feed, stop);
   const std::scoped_lock lock(mutex);
   if (is_wanted || stop.stop_requested()) return;
-  course.playing = false;  // at its end
+  course.playing = false;  // stops at the end
   at = length;
 }
 

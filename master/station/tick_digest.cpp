@@ -68,7 +68,7 @@ void TickDigest::Sample(const TickRecord& tick, double since_last) {
   open_.sent = std::max(open_.sent, tick.chain.sent.norm());
   open_.p_M = tick.p_M;
   open_.energy = tick.energy;
-  open_.p_S = tick.p_S_tip.hasNaN() ? tick.p_S_tip : tick.p_S;  // none before the first state
+  open_.p_S = tick.p_S_tip.hasNaN() ? tick.p_S_tip : tick.p_S;  // NaN before the first state
   open_.p_S_tip = tick.p_S_tip;
   open_.age = std::max(open_.age, tick.state_age);
   open_.round_trip = moment_.round_trip;

@@ -62,7 +62,7 @@ class TickDigest {
   void Count(const TickRecord& tick, double since_last);
   void Sample(const TickRecord& tick, double since_last);
 
-  mutable std::mutex mutex_;  // guards what follows
+  mutable std::mutex mutex_;  // guards the members below
   Moment moment_;             // without the samples
   TickSample open_;           // unfinished sample
   std::deque<TickSample> samples_;

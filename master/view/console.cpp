@@ -16,8 +16,8 @@ namespace {
 
 constexpr double kLinePeriod = 1;  // between two lines in a pipe [s]
 
-// A line that wraps cannot be replaced, so lines are cut to the terminal's width; nor can those
-// that have scrolled away, so their number is cut to its height.
+// Cuts lines to the terminal's width, because a wrapped line cannot be replaced, and their number
+// to its height, because scrolled lines cannot be replaced either.
 std::vector<std::string> Cut(std::vector<std::string> lines, std::FILE* out) {
   winsize size{};
   if (ioctl(fileno(out), TIOCGWINSZ, &size) != 0 || size.ws_col == 0) return lines;

@@ -19,8 +19,9 @@ namespace palpate {
 namespace {
 
 constexpr std::size_t kMaxNameLength = 40, kMaxAlarmLength = 200;  // characters
-constexpr int kMaxAlarms = 20;                                     // of a slave
-constexpr double kDoubledFor = 10;  // that an alarm about two slaves stays [s]
+constexpr int kMaxAlarms = 20;                                     // alarms per slave
+// Time for which an alarm about two slaves with one name remains [s].
+constexpr double kDoubledFor = 10;
 
 template <class Message>
 bool Parse(std::string_view bytes, Message* message) {
@@ -71,7 +72,7 @@ void Fleet::TakeStatus(std::string_view bytes, Time now, Entry* entry) {
   std::string why;
   FieldReader reader(&why);
   const Time started = reader.Stamp("started_at", message.started_at());
-  // A slave that was started again is newer than the last one, not older.
+  // A restarted slave has a later start time; an earlier one means two slaves with one name.
   if (entry->started && started < *entry->started) entry->doubled = now;
   entry->started = started;
 }

@@ -27,7 +27,7 @@ constexpr const char* kHome = "\x1b[H";
 constexpr const char* kRestOfLine = "\x1b[K\r\n";
 constexpr const char* kRestOfScreen = "\x1b[J";
 
-// The news of the connection, from the threads of the library to that of the output.
+// Passes messages about the connection from the library's threads to the output thread.
 class NewsBox {
  public:
   void Put(const std::string& text) {
@@ -44,7 +44,7 @@ class NewsBox {
   std::vector<std::string> news_;
 };
 
-// Where tables and messages about the connection are written.
+// Writes tables and messages about the connection.
 class Output {
  public:
   explicit Output(bool json) : json_(json), live_(!json && isatty(STDOUT_FILENO) == 1) {
@@ -62,7 +62,7 @@ class Output {
     news_.push_back(news);
     if (news_.size() > kNewsShown) news_.pop_front();
   }
-  // False: nobody reads it any more.
+  // Returns false if the output was closed.
   bool Show(const std::vector<SlaveLine>& lines) {
     if (live_) {
       ShowLive(FleetTable(lines));
@@ -101,7 +101,8 @@ class Output {
 }  // namespace
 
 int RunWatch(const WatchOptions& options, const std::function<bool()>& stopped) {
-  constexpr double kPaused = 1;  // after which the server may have cut this program off [s]
+  // Pause after which the server may have disconnected this program [s].
+  constexpr double kPaused = 1;
   const NatsServer server = ParseNatsServer(options.url, options.insecure, options.tls);
   Fleet fleet;
   NewsBox box;

@@ -37,7 +37,7 @@ const sockaddr* Generic(const sockaddr_storage& address) {
 
 void Bind(int fd, sockaddr_storage own) {
   if (bind(fd, Generic(own), SizeOf(own)) == 0) return;
-  reinterpret_cast<sockaddr_in6&>(own).sin6_port = 0;  // at the same place as in sockaddr_in
+  reinterpret_cast<sockaddr_in6&>(own).sin6_port = 0;  // at the same offset as in sockaddr_in
   if (errno != EADDRINUSE || bind(fd, Generic(own), SizeOf(own)) != 0) Fail("datagrams: bind");
 }
 
@@ -114,7 +114,8 @@ void DatagramLine::Run(const std::stop_token& stop) {
 }
 
 void DatagramLine::ReceiveNext() {
-  std::array<std::uint8_t, kMaxDatagram + 1> bytes;  // one that is too large shows
+  // One byte more, to detect datagrams that are too large.
+  std::array<std::uint8_t, kMaxDatagram + 1> bytes;
   sockaddr_storage from{};
   socklen_t size = sizeof from;
   const ssize_t size_received = recvfrom(socket_.fd, bytes.data(), bytes.size(), MSG_DONTWAIT,

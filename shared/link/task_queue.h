@@ -47,7 +47,7 @@ class TaskQueue {
   }
 
   const std::size_t max_tasks_;
-  PriorityInheritanceMutex mutex_;  // guards what follows
+  PriorityInheritanceMutex mutex_;  // guards the members below
   PriorityInheritanceCondition changed_;
   std::deque<Task> tasks_;
   std::jthread thread_;  // last: it uses all of the above

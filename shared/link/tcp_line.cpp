@@ -37,12 +37,12 @@ std::optional<sockaddr_storage> AddressOf(int fd, decltype(getpeername)* ask) {
   return Unmapped(address);
 }
 
-// At one place in both families.
+// Returns the port, which has the same offset in both address families.
 std::uint16_t PortOf(const sockaddr_storage& address) {
   return ntohs(reinterpret_cast<const sockaddr_in&>(address).sin_port);
 }
 
-// This process's connections over IP to peers that are `wanted`.
+// Returns this process's IP connections to peers that `wanted` accepts.
 template <class Wanted>
 std::vector<int> LinesThat(const Wanted& wanted) {
   std::vector<int> lines;

@@ -11,7 +11,7 @@
 namespace palpate {
 namespace {
 
-// Text for what was refused.
+// Returns a text for the rejected request.
 std::string Become(int policy, int priority) {
   std::string refused;
   if (prctl(PR_SET_TIMERSLACK, 1UL) != 0) {
@@ -61,7 +61,7 @@ ScopedPriority::~ScopedPriority() {
 }
 
 OrdinaryPriority::OrdinaryPriority() : ScopedPriority(SCHED_OTHER, 0) {}
-// Not SCHED_RESET_ON_FORK: a privilege would be needed to take it back.
+// Does not use SCHED_RESET_ON_FORK, because clearing it needs a privilege.
 ReadingPriority::ReadingPriority() : ScopedPriority(SCHED_FIFO, kReadingPriority) {}
 
 }  // namespace palpate

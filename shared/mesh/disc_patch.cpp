@@ -16,7 +16,8 @@ namespace {
 using Eigen::Vector2d;
 using Eigen::Vector3d;
 
-constexpr double kOnNode = 1e-6;       // of the diagonal: what a coordinate loses in a text file
+// Relative to the diagonal: rounding of coordinates in a text file.
+constexpr double kOnNode = 1e-6;
 constexpr double kEquallyNear = 1e-9;  // of the diagonal
 constexpr double kSlack = 1e-9;        // relative, of the patch's radius
 constexpr double kSameSide = 0.5;      // cosine of the angle between normals
@@ -70,7 +71,7 @@ int NearestNode(const SurfaceMesh& surface, const Vector3d& p, double within) {
   return nearest;
 }
 
-// Whether the triangle's bounding box is farther than `far` from p.
+// Returns whether the triangle's bounding box is farther than `far` from p.
 bool IsBeyond(const Corners& t, const Vector3d& p, double far) {
   const Vector3d low = t.a.cwiseMin(t.b).cwiseMin(t.c), high = t.a.cwiseMax(t.b).cwiseMax(t.c);
   return (low - p).cwiseMax(p - high).cwiseMax(0).squaredNorm() > far * far;

@@ -8,7 +8,7 @@
 namespace palpate {
 namespace {
 
-constexpr double kEdge = 64;  // of a cell, in tolerances: few points lie near two cells
+constexpr double kEdge = 64;  // edge of a cell in tolerances, so that few points are near two cells
 
 }  // namespace
 
@@ -23,9 +23,9 @@ std::size_t NodeMerger::Hash::operator()(const Cell& cell) const noexcept {
   return hash;
 }
 
-// Without a tolerance every place is a cell of its own (0 and -0 are one place).
+// Without a tolerance every position is a separate cell (0 and -0 are equal).
 NodeMerger::Cell NodeMerger::CellOf(const Eigen::Vector3d& p) const {
-  constexpr double kMaxCell = 9e18;  // what the number of a cell can hold
+  constexpr double kMaxCell = 9e18;  // largest number of a cell
   constexpr double kMaxCoordinate = std::numeric_limits<double>::max();
   Cell cell{};
   for (int i = 0; i < 3; ++i) {
@@ -38,7 +38,7 @@ NodeMerger::Cell NodeMerger::CellOf(const Eigen::Vector3d& p) const {
   return cell;
 }
 
-// Looks into the cells that the ball around `p` reaches.
+// Searches the cells that the tolerance ball around `p` intersects.
 int NodeMerger::Find(const Eigen::Vector3d& p) const {
   const Eigen::Vector3d reach = Eigen::Vector3d::Constant(tolerance_);
   const Cell low = CellOf(p - reach), high = CellOf(p + reach);

@@ -20,7 +20,7 @@ using Triangle = std::array<int, 3>;
 
 constexpr std::int64_t kMaxTets = 4'000'000;
 
-// Faces of a tetrahedron with positive volume, outward.
+// Faces of a tetrahedron with positive volume, with outward normals.
 constexpr std::array<Triangle, 4> kFaces{{{0, 2, 1}, {0, 1, 3}, {1, 2, 3}, {0, 3, 2}}};
 
 // The cube's six tetrahedra along its diagonal, corner c = dx + 2 dy + 4 dz.
@@ -32,7 +32,7 @@ Triangle Sorted(Triangle t) {
   return t;
 }
 
-// The sides of the bounding box.
+// Returns the edge lengths of the bounding box.
 Eigen::Vector3d BoxOf(const std::vector<Eigen::Vector3d>& nodes) {
   if (nodes.empty()) return Eigen::Vector3d::Zero();
   Eigen::AlignedBox3d box;

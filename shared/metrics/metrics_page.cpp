@@ -26,8 +26,9 @@ using beast::error_code;
 // Time limit of a request from its first byte to the last. A new request is accepted at once; the
 // oldest one is closed if there are too many.
 constexpr std::chrono::seconds kTimeout(1);
-constexpr std::size_t kMaxAskers = 16;
-constexpr std::chrono::milliseconds kBreath(20);  // where there is no descriptor left
+constexpr std::size_t kMaxClients = 16;
+// Pause after an error such as a lack of descriptors.
+constexpr std::chrono::milliseconds kErrorPause(20);
 constexpr std::uint32_t kMaxHeaderLength = 8192;  // [bytes]
 
 Endpoint Permitted(const std::string& address, bool insecure) {
@@ -39,8 +40,8 @@ Endpoint Permitted(const std::string& address, bool insecure) {
 }
 
 // A connection, for one answer.
-struct Asker {
-  explicit Asker(tcp::socket&& socket) : stream(std::move(socket)) {
+struct Client {
+  explicit Client(tcp::socket&& socket) : stream(std::move(socket)) {
     stream.expires_after(kTimeout);
     parser.header_limit(kMaxHeaderLength);
   }
@@ -97,15 +98,15 @@ struct MetricsPage::Parts {
   // Throws boost::system::system_error.
   void Listen();
   void Accept();
-  void Read(const std::shared_ptr<Asker>& asker);
-  void Answer(const std::shared_ptr<Asker>& asker);
+  void Read(const std::shared_ptr<Client>& client);
+  void Answer(const std::shared_ptr<Client>& client);
 
   const std::function<Metrics()> collect;
   Endpoint endpoint;
   asio::io_context context{1};
   tcp::acceptor acceptor{context};
-  asio::steady_timer breath{context};
-  std::list<std::weak_ptr<Asker>> askers;  // the eldest first
+  asio::steady_timer error_pause{context};
+  std::list<std::weak_ptr<Client>> clients;  // oldest first
   std::jthread thread;
 };
 
@@ -122,31 +123,31 @@ void MetricsPage::Parts::Listen() {
 void MetricsPage::Parts::Accept() {
   acceptor.async_accept([this](error_code error, tcp::socket socket) {
     if (error) {
-      breath.expires_after(kBreath);
-      return breath.async_wait([this](error_code /*error*/) { Accept(); });
+      error_pause.expires_after(kErrorPause);
+      return error_pause.async_wait([this](error_code /*error*/) { Accept(); });
     }
-    askers.remove_if([](const auto& other) { return other.expired(); });
-    if (askers.size() >= kMaxAskers) {
-      if (const auto eldest = askers.front().lock()) eldest->stream.close();
-      askers.pop_front();
+    clients.remove_if([](const auto& other) { return other.expired(); });
+    if (clients.size() >= kMaxClients) {
+      if (const auto eldest = clients.front().lock()) eldest->stream.close();
+      clients.pop_front();
     }
-    const auto asker = std::make_shared<Asker>(std::move(socket));
-    askers.push_back(asker);
-    Read(asker);
+    const auto client = std::make_shared<Client>(std::move(socket));
+    clients.push_back(client);
+    Read(client);
     Accept();
   });
 }
 
-void MetricsPage::Parts::Read(const std::shared_ptr<Asker>& asker) {
-  http::async_read_header(asker->stream, asker->buffer, asker->parser,
-                          [this, asker](error_code error, std::size_t /*bytes*/) {
-                            if (!error) Answer(asker);
+void MetricsPage::Parts::Read(const std::shared_ptr<Client>& client) {
+  http::async_read_header(client->stream, client->buffer, client->parser,
+                          [this, client](error_code error, std::size_t /*bytes*/) {
+                            if (!error) Answer(client);
                           });
 }
 
-void MetricsPage::Parts::Answer(const std::shared_ptr<Asker>& asker) {
-  const auto& request = asker->parser.get();
-  auto& answer = asker->answer;
+void MetricsPage::Parts::Answer(const std::shared_ptr<Client>& client) {
+  const auto& request = client->parser.get();
+  auto& answer = client->answer;
   answer.version(11);
   answer.set(http::field::content_type, "text/plain; version=0.0.4");
   answer.keep_alive(false);
@@ -159,9 +160,9 @@ void MetricsPage::Parts::Answer(const std::shared_ptr<Asker>& asker) {
     answer.body() = ToText(collect());
   }
   answer.prepare_payload();
-  http::async_write(asker->stream, answer, [asker](error_code, std::size_t) {
+  http::async_write(client->stream, answer, [client](error_code, std::size_t) {
     error_code ignored;
-    asker->stream.socket().shutdown(tcp::socket::shutdown_send, ignored);
+    client->stream.socket().shutdown(tcp::socket::shutdown_send, ignored);
   });
 }
 

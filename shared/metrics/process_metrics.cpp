@@ -23,7 +23,7 @@ void AddMemory(Metrics* metrics) {
                            resident * static_cast<double>(sysconf(_SC_PAGESIZE))));
 }
 
-// How many entries a folder of the system's has.
+// Adds the number of entries of a system folder.
 void AddCount(const char* folder, const char* name, const char* help, Metrics* metrics) {
   std::error_code error;
   const std::filesystem::directory_iterator entries(folder, error);

@@ -20,7 +20,7 @@ namespace {
 constexpr std::string_view kRoot = "palpate.";
 constexpr int kConnectMs = 1000, kConfirmMs = 400, kWriteMs = 500;
 constexpr std::chrono::milliseconds kRetry(200);
-constexpr int kPingMs = 2000, kPingsOut = 2;  // a server that says nothing for 4 s is given up
+constexpr int kPingMs = 2000, kPingsOut = 2;  // a server that is silent for 4 s is considered lost
 constexpr std::chrono::seconds kCloseWait(2);
 constexpr std::size_t kMaxReasonLength = 200;
 
@@ -38,7 +38,7 @@ void Check(natsStatus status, const std::string& what) {
   throw std::invalid_argument(what + ": " + natsStatus_GetText(status));
 }
 
-// `: why`, without the library's place; empty if nothing is known.
+// Returns `: reason` without the library's source position; empty: unknown.
 std::string WordsOf(std::string_view why) {
   const std::size_t place = why.starts_with("(conn.c:") ? why.find("): ") : std::string_view::npos;
   if (place != std::string_view::npos) why.remove_prefix(place + 3);
@@ -50,7 +50,7 @@ std::string WordsOf(natsConnection* connection) {
   return WordsOf(std::string_view(why != nullptr ? why : ""));
 }
 
-// The library puts the name into JSON as it is.
+// Removes quotes, because the library does not escape the name in JSON.
 std::string WithoutQuotes(std::string name) {
   std::replace_if(
       name.begin(), name.end(),
@@ -58,8 +58,8 @@ std::string WithoutQuotes(std::string name) {
   return name;
 }
 
-// Such as `the NATS server cut off NAME at HOST: Slow Consumer (Write Deadline)`; empty: another
-// end.
+// Returns for example `the NATS server cut off NAME at HOST: Slow Consumer (Write Deadline)`;
+// empty: another reason.
 std::string SlowClientIn(std::string_view advisory) {
   const auto json = nlohmann::json::parse(advisory, nullptr, false);
   if (!json.is_object()) return {};
@@ -120,7 +120,7 @@ struct NatsConnection::Parts {
     Owned<natsSubscription> subscription;  // of the present connection
   };
 
-  // Failing attempts with the same text are reported once.
+  // Reports a text. Failing attempts with the same text are reported once.
   void Tell(const std::string& text) {
     {
       const std::scoped_lock lock(mutex);
@@ -161,9 +161,9 @@ struct NatsConnection::Parts {
   std::chrono::steady_clock::time_point due{};  // of the next attempt
   std::mutex mutex;                             // guards the next three members
   std::condition_variable finished;
-  std::size_t running = 0;     // connections and subscriptions whose last callback is to come
-  std::string last_news;       // the last reported text
-  std::deque<Reader> readers;  // stay where they are
+  std::size_t running = 0;  // connections and subscriptions that still wait for their last callback
+  std::string last_news;    // the last reported text
+  std::deque<Reader> readers;  // elements of a deque keep their address
   Owned<natsConnection> connection;
 };
 
@@ -195,7 +195,7 @@ void NatsConnection::Parts::Open() {
   Tell("connected to the NATS server at " + ToString(endpoint));
 }
 
-// A connection that ends meanwhile subscribes to nothing; the next one will.
+// A connection that ends meanwhile has no subscription; the next one subscribes again.
 void NatsConnection::Parts::SubscribeAgain(Reader* reader) {
   natsSubscription* made = nullptr;
   const natsStatus status = natsConnection_Subscribe(&made, connection.get(),
@@ -226,13 +226,14 @@ NatsConnection::NatsConnection(const NatsServer& server, const std::string& name
   natsOptions_SetWriteDeadline(options, kWriteMs);
   natsOptions_SetPingInterval(options, kPingMs);
   natsOptions_SetMaxPingsOut(options, kPingsOut);
-  // The library would keep messages, and gives up where a password or certificate is refused.
+  // The library's reconnection is off: it would buffer messages, and would give up after a rejected
+  // password or certificate.
   natsOptions_SetAllowReconnect(options, false);
   natsOptions_SetErrorHandler(options, Parts::OnError, parts_.get());
   natsOptions_SetClosedCB(options, Parts::OnClosed, parts_.get());
 }
 
-// Callbacks use the parts until their end. Should one never come, the parts stay.
+// Callbacks use the parts until the last one. If it never arrives, the parts are not destroyed.
 NatsConnection::~NatsConnection() {
   if (parts_->connection) natsConnection_Close(parts_->connection.get());
   std::unique_lock lock(parts_->mutex);

@@ -14,7 +14,7 @@ using Eigen::Vector3d;
 
 // Least accepted compliance [m/N].
 constexpr double kMinCompliance = 1e-9;
-// A motion is carried on until its error is this part of the full depth.
+// A motion is extrapolated until its error is this part of the full depth.
 constexpr double kTrustedMotion = 0.25;
 constexpr double kMaxMotion = 10;  // [s]
 constexpr double kMinFriction = 1e-3;
@@ -120,7 +120,7 @@ double PatchContact::RatioAt(double depth, double now) const noexcept {
   return old + ShareOfNew(now) * (ratio(to_.law) - old);
 }
 
-// The slope d (r d) / dd of a law's force over the linear one's, the largest of both laws.
+// Returns the largest slope d (r d) / dd of both laws, relative to the linear force.
 double PatchContact::SteepestRatio() const noexcept {
   double steepest = 1e-6;
   for (const PatchLaw* law : {&from_.law, &to_.law}) {
@@ -172,7 +172,7 @@ void PatchContact::Enter(int tool, const Vector3d& centre, const PatchPlace& nea
   touch.touching = true;
   touch.linear.setZero();
   StickAt(tool, crossing);
-  // Beside an edge or a corner a sphere meets it from its own side.
+  // Beside an edge or a corner the contact normal points from the edge to the sphere's centre.
   const Vector3d away = crossing - touch.place.p;
   if (radius > 0 && touch.place.height > 0.5 * radius) {
     touch.place.normal = away.stableNormalized();
@@ -186,10 +186,10 @@ void PatchContact::StickAt(int tool, const Vector3d& p) noexcept {
   touch.K = StiffnessAt(touch.place);
 }
 
-// Without friction the place is always the one below the tool.
+// Without friction the contact point is always below the tool.
 void PatchContact::Slide(int tool, const Vector3d& centre) noexcept {
   const PatchPlace below = NearestPlace(patch_, centre);
-  if (below.cell < 0 || below.at_rim) return;  // the plane it has goes on
+  if (below.cell < 0 || below.at_rim) return;  // keeps the present plane
   touches_[At(tool)].place = below;
   touches_[At(tool)].K = StiffnessAt(below);
 }
@@ -227,7 +227,7 @@ void PatchContact::Relax(int tool) noexcept {
     const Vector3d along = f - pressed * n;
     const double most = std::max(*mu, kMinFriction) * pressed;
     if (along.norm() > most) {
-      // A larger displacement drags the anchor behind the tool.
+      // With a larger tangential displacement the anchor slides behind the tool.
       const double kept = most / along.norm();
       const Vector3d slip = (1 - kept) * (d - n.dot(d) * n);
       f = pressed * n + kept * along;
@@ -275,7 +275,7 @@ Matrix3d PatchContact::StiffnessAt(const PatchPlace& place) noexcept {
   return shown;
 }
 
-// How the surface below `tool` moves under the force on `other` [m], as Relax counts it.
+// Returns the displacement of the surface below `tool` by the force on `other` [m], as in Relax.
 Vector3d PatchContact::MovedBy(int tool, int other) const noexcept {
   const Touch &to = touches_[At(tool)], &by = touches_[At(other)];
   const int corners = patch_.vertices_per_cell;

@@ -11,14 +11,14 @@ namespace {
 
 using Eigen::Vector3d;
 
-constexpr double kEquallyNear = 1e-9;  // of the distance, squared
-constexpr double kOnEdge = 1e-9;       // a weight
+constexpr double kEquallyNear = 1e-9;  // tolerance relative to the squared distance
+constexpr double kOnEdge = 1e-9;       // barycentric weight of an edge
 
 Vector3d Vertex(const SurfacePatch& patch, int cell, int corner) {
   return patch.vertices[static_cast<std::size_t>(VertexOf(patch, cell, corner))].cast<double>();
 }
 
-// Weights of the place of segment a, b that is nearest to p.
+// Returns the weights of the point on segment a, b that is nearest to p.
 Vector3d OnLine(const Vector3d& a, const Vector3d& b, const Vector3d& p) {
   const double length2 = (b - a).squaredNorm();
   const double s = length2 > 0 ? std::clamp((p - a).dot(b - a) / length2, 0.0, 1.0) : 0.0;

@@ -18,7 +18,8 @@ fs::path FindPart(std::string_view name) {
 
 bool OutputIsOnFullDisk() {
   if (std::fflush(stdout) == 0 && std::ferror(stdout) == 0) return false;
-  // errno of an earlier failure is gone: one more line fails for the same reason.
+  // errno of an earlier failure is lost, so one more line is written, which fails for the same
+  // reason.
   std::clearerr(stdout);
   return (std::fputc('\n', stdout) == EOF || std::fflush(stdout) != 0) && errno == ENOSPC;
 }

@@ -68,7 +68,7 @@ std::optional<McapReader::Head> McapReader::ReadHead() {
   return std::nullopt;
 }
 
-// Reads only the beginning of skipped chunks and of records that are larger than any we take.
+// Reads only the beginning of skipped chunks and of records that are larger than any used type.
 bool McapReader::ReadRecord() {
   while (!is_over_) {
     const auto head = ReadHead();
@@ -168,11 +168,11 @@ bool McapReader::TakeRecord(McapRecord kind, std::string_view content, McapMessa
       message->channel = numbers.Number<std::uint16_t>();
       numbers.Number<std::uint32_t>();  // sequence of the channel
       message->time = numbers.Number<std::uint64_t>();
-      numbers.Number<std::uint64_t>();  // when it was published: the same
+      numbers.Number<std::uint64_t>();  // publication time, equal to the log time
       message->data = numbers.rest();
       if (!numbers.ok()) Damage("a message is too short");
       return numbers.ok() && channels_.contains(message->channel);
-    default:  // indexes, and what newer writers may add
+    default:  // indexes, and records of newer versions
       return false;
   }
 }
@@ -240,7 +240,7 @@ const McapSchema* McapReader::schema(std::uint16_t id) const {
   return found == schemas_.end() ? nullptr : &found->second;
 }
 
-// The first is reported: later ones may follow from it.
+// Reports the first damage only, because later ones may follow from it.
 void McapReader::Damage(const std::string& what) {
   if (damage_.empty()) {
     damage_ = file_.string() + ": at byte " + std::to_string(record_at_) + ": " + what;

@@ -161,7 +161,7 @@ bool McapWriter::PutBytes(std::string_view part) {
     if (written <= 0) {
       const int error = errno;
       bytes_ = before;
-      // A record cut in the middle would be the last one that anybody reads.
+      // Removes an incomplete record, because readers stop there.
       if (ftruncate(file_descriptor_, static_cast<off_t>(before)) == 0) {
         lseek(file_descriptor_, static_cast<off_t>(before), SEEK_SET);
       }
@@ -232,7 +232,8 @@ std::string McapWriter::Statistics() const {
   return Record(McapRecord::kStatistics, content);
 }
 
-// Groups of equal records, where each group is, and where all of it begins.
+// Writes groups of records of the same type, the offset of each group, and the offset of the
+// summary.
 void McapWriter::WriteSummary() {
   std::string part, offsets;
   McapPacker(&part).AddRecord(McapRecord::kDataEnd, std::string(sizeof(std::uint32_t), '\0'));

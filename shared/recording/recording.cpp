@@ -54,8 +54,8 @@ std::unique_ptr<McapWriter> Recording::BeginPart(int number) const {
   return writer;
 }
 
-// Where a part cannot begin the recording ends, as where one cannot go on. Where only its beginning
-// would be within the limit, the one before goes on.
+// If a part cannot be started, the recording ends, as if one cannot be continued. If only the
+// beginning of a new part would be within the limit, the present part continues.
 void Recording::GoOnIn(int part, Time at) {
   if (writer_->ended() || !writer_->LeavesRoom()) return;
   writer_->Close();
@@ -81,7 +81,7 @@ void Recording::RunFirst(Beginning step) {
 std::uint16_t Recording::Open(std::string_view topic, const google::protobuf::Message& example) {
   const auto open = [topic = std::string(topic), schema = SchemaOf(*example.GetDescriptor())](
                         McapWriter* writer) { return writer->AddChannel(topic, schema); };
-  beginning_.push_back(open);  // where it is given the same number
+  beginning_.push_back(open);  // so that the channel has the same number in each part
   return open(writer_.get());
 }
 
@@ -119,7 +119,7 @@ void Recording::PutWaiting(Waiting waiting) {
     thread_ = std::jthread([this](const std::stop_token& stop) { Run(stop); });
   }
   if (waiting_ + waiting.size > options_.max_waiting) {
-    is_closed_ = true;  // what waits is still written
+    is_closed_ = true;  // queued messages are still written
     stats_.failed = true;
     stats_.trouble = options_.file.string() +
                      ": the recording has ended: the disk or the processor is too slow, and " +
@@ -164,9 +164,9 @@ void Recording::WriteBatch(std::deque<Waiting>* batch, bool is_last) {
     broken_ = options_.file.string() + ": the recording has ended: " + error.what();
     batch->clear();
     try {
-      writer_->Close();  // what was written before stays readable
+      writer_->Close();  // the data written so far remain readable
     } catch (const std::exception&) {
-      // A full disk keeps the index from being written, too; the records remain.
+      // On a full disk the index cannot be written either; the records remain.
     }
   }
   CheckEnd();
@@ -229,7 +229,7 @@ void Recording::CheckEnd() {
     if (writer_->ended()) oldest_unwritten_.reset();
     if (stats_.trouble.empty()) return;
     is_closed_ = true;
-    if (!trouble.empty()) queue_.clear();  // nothing can be written any more
+    if (!trouble.empty()) queue_.clear();  // no more data can be written
     if (std::exchange(is_reported_, true)) return;
     news = stats_.trouble;
   }
@@ -243,7 +243,7 @@ void Recording::Finish() {
   }
   thread_.request_stop();
   if (thread_.joinable()) thread_.join();
-  WriteBatch(&queue_, true);  // no other thread is left
+  WriteBatch(&queue_, true);  // no other thread is running
 }
 
 int Recording::part() const {

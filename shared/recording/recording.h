@@ -143,7 +143,7 @@ class Recording {
   bool is_lag_reported_ = false;
   std::unique_ptr<McapWriter> writer_;
 
-  mutable PriorityInheritanceMutex mutex_;  // guards what follows
+  mutable PriorityInheritanceMutex mutex_;  // guards the members below
   PriorityInheritanceCondition changed_;    // nothing notifies it: it ends a wait at a stop
   std::deque<Waiting> queue_;
   std::size_t waiting_ = 0;               // [bytes]

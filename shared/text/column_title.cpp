@@ -14,7 +14,7 @@ constexpr double kInch = 0.0254;                 // [m]
 constexpr double kPoundForce = 4.4482216152605;  // [N]
 constexpr double kPsi = kPoundForce / (kInch * kInch);
 
-// The units in small letters; see FindUnit for those whose first letter's size matters.
+// Units in lower case; FindUnit handles units that differ only in case.
 constexpr std::array kUnits{
     Unit{"pa", Quantity::kStress, 1},
     Unit{"kpa", Quantity::kStress, 1e3},
@@ -123,7 +123,7 @@ void TakeSuffix(ColumnTitle* column) {
     const std::size_t at = column->name.rfind(mark);
     if (at == std::string::npos || at == 0) continue;
     const std::string suffix(Trimmed(std::string_view(column->name).substr(at + mark.size())));
-    // `stretch_1` is the first, not one without unit.
+    // In `stretch_1` the 1 is a number, not the unit.
     const auto unit = suffix == "1" ? std::nullopt : FindUnit(suffix);
     const bool needs_unit = mark == "/" || mark == ",";
     if (!unit && !needs_unit) continue;

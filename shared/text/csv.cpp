@@ -16,7 +16,7 @@ namespace {
 constexpr std::size_t kMaxLineLength = 1 << 16;  // [bytes]
 constexpr int kMaxLines = 10'000'000;
 constexpr std::string_view kByteOrderMark = "\xEF\xBB\xBF";
-// Blanks, minus and square as typesetters write them.
+// Typographic characters for blank, minus and square, with their ASCII equivalents.
 constexpr std::array<std::pair<std::string_view, std::string_view>, 4> kTypeset{
     {{"\u00A0", " "}, {"\u202F", " "}, {"\u2212", "-"}, {"\u00B2", "2"}}};
 constexpr std::string_view kUtf16Little = "\xFF\xFE", kUtf16Big = "\xFE\xFF";
@@ -35,7 +35,7 @@ void AppendUtf8(unsigned code, std::string* text) {
   byte(0x80U | (code & 0x3FU));
 }
 
-// A cell with a decimal comma as one with a point; nullopt: it is no such number.
+// Converts a decimal comma to a point; nullopt: the cell is no such number.
 std::optional<std::string> WithPoint(std::string_view cell) {
   const std::size_t comma = cell.find(',');
   if (comma == std::string_view::npos) return std::nullopt;
@@ -135,8 +135,8 @@ void CsvLines::Decode(std::string_view block) {
   odd_.erase(0, i);
 }
 
-// The separator that gives most numbers; without any number, one that is there. A comma comes last,
-// since it may be in names and in numbers.
+// Chooses the separator that yields most numbers; without numbers, one that occurs. The comma is
+// tried last, because it may be part of names and numbers.
 void CsvLines::ChooseDialect() {
   const std::string_view head = buffer_;
   if (head.find('\n') == std::string_view::npos) line_end_ = '\r';
@@ -148,7 +148,7 @@ void CsvLines::ChooseDialect() {
       const std::string_view line = Trimmed(head.substr(begin, end - begin));
       begin = end + 1;
       if (line.empty() || (comment_ != 0 && line.front() == comment_)) continue;
-      if (end == head.size() && end >= kMaxLineLength) continue;  // it may go on
+      if (end == head.size() && end >= kMaxLineLength) continue;  // the line may be incomplete
       try {
         Split(line, separator);
       } catch (const InputError&) {
@@ -161,7 +161,8 @@ void CsvLines::ChooseDialect() {
         numbers += is_number ? 1 : 0;
       }
     }
-    // Names decide for a header alone. Of 0,5;2,5 a comma makes as many numbers as a semicolon.
+    // For a header without numbers the number of names decides. For 0,5;2,5 comma and semicolon
+    // yield equally many numbers.
     const bool is_better = numbers > most || (numbers == 0 && most == 0 && cells > max_cells);
     if (!is_better) continue;
     most = numbers;
@@ -171,7 +172,7 @@ void CsvLines::ChooseDialect() {
   cells_.clear();
 }
 
-// Cells between separators; quotes around one hide separators, two inside are one.
+// Splits into cells. Separators inside of quotes do not split; two quotes inside of quotes are one.
 void CsvLines::Split(std::string_view line, char separator) {
   cells_.clear();
   unquoted_.clear();
@@ -285,7 +286,7 @@ CsvTable::CsvTable(const std::filesystem::path& file, std::vector<Column> column
     TakeHeader(header);
   } else if (columns_.empty()) {
     Fail("empty: expected a CSV file with a header row");
-  }  // else Next complains
+  }  // otherwise Next reports the error
 }
 
 void CsvTable::TakeHeader(Header header) {
@@ -297,7 +298,7 @@ void CsvTable::TakeHeader(Header header) {
     to_si_.assign(header_.size(), 1);
     return;
   }
-  std::string refused;  // a column that nobody knows
+  std::string refused;  // message about an unknown column
   for (const std::string_view title : cells()) {
     const bool is_known = std::ranges::find(columns_, title, &Column::name) != columns_.end();
     const bool is_free = header == Header::kOptional;
@@ -330,7 +331,8 @@ void CsvTable::TakeHeader(Header header) {
     if (!column.required || Has(column.name)) continue;
     Fail("no column " + std::string(column.name) + ": expected " + Names(columns_));
   }
-  // A file without the required columns is not quoted.
+  // The message about an unknown column comes after that about missing columns, which does not
+  // quote the file.
   if (!refused.empty()) Fail(refused);
 }
 
@@ -341,7 +343,8 @@ void CsvTable::RequireQuantity(std::string_view name, std::optional<Quantity> un
        InWords(*known->quantity));
 }
 
-// Takes the units if this is such a row: no number, and a unit of some column.
+// Returns whether this is a row of units: at least one unit and no number. If so, applies the
+// units.
 bool CsvTable::IsRowOfUnits() {
   bool has_unit = false;
   std::vector<double> to_si = to_si_;

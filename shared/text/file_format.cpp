@@ -24,7 +24,7 @@ constexpr std::string_view kAsCsv = "save the table as CSV";
 constexpr std::string_view kAsPng = "write each image as a 16-bit PNG, for depths in a whole unit";
 constexpr std::string_view kByMeshio = "meshio convert FILE OUT.msh";
 
-// The first bytes come from the documents of the formats.
+// First bytes of formats, from their specifications.
 constexpr std::array kFormats{
     Format{"\xD0\xCF\x11\xE0\xA1\xB1\x1A\xE1", 0, "a workbook (.xls)", kAsCsv},
     Format{"PAR1", 0, "a Parquet file", kAsCsv},

@@ -19,8 +19,8 @@ constexpr LikelyUnit kLengths[] = {{"mm", 1e-3}, {"um", 1e-6}};
 constexpr LikelyUnit kForces[] = {{"mN", 1e-3}, {"gf", 9.80665e-3}};
 
 struct Range {
-  double least, most;           // with a remark beyond
-  double usual_min, usual_max;  // what a likely unit must give
+  double least, most;           // limits beyond which a remark is made
+  double usual_min, usual_max;  // range that a suggested unit must produce
   const char* unit;
   std::span<const LikelyUnit> likely;
 };

@@ -67,7 +67,8 @@ std::string Formatted(const char* format, ...) {
 
 namespace {
 
-// The bytes of the character of UTF-8 that `text` begins with (RFC 3629); 0: it begins with none.
+// Returns the length of the UTF-8 character at the start of `text` (RFC 3629) [bytes]; 0: it is
+// invalid.
 std::size_t LengthOfFirst(std::string_view text) {
   const auto byte = [text](std::size_t i) {
     return i < text.size() ? static_cast<unsigned char>(text[i]) : 0U;
@@ -75,7 +76,7 @@ std::size_t LengthOfFirst(std::string_view text) {
   const unsigned lead = byte(0);
   if (lead < 0x80) return 1;
   if (lead < 0xC2 || lead > 0xF4) return 0;
-  // Neither what fewer bytes say, nor surrogates, nor beyond U+10FFFF.
+  // Rejects overlong encodings, surrogates, and values beyond U+10FFFF.
   const unsigned least = lead == 0xE0 ? 0xA0 : lead == 0xF0 ? 0x90 : 0x80;
   const unsigned most = lead == 0xED ? 0x9F : lead == 0xF4 ? 0x8F : 0xBF;
   if (byte(1) < least || byte(1) > most) return 0;
@@ -173,16 +174,17 @@ std::string ReadWholeFile(const std::filesystem::path& file, std::uintmax_t most
 
 namespace {
 
-constexpr mode_t kMode = 0666;  // less the umask, as of every program
+constexpr mode_t kMode = 0666;  // permissions before the umask is applied
 
-// A descriptor; -1: it cannot be written, or is a pipe without a reader, which is not waited for.
+// Returns a descriptor; -1 if the file cannot be written or is a pipe without a reader (does not
+// wait for one).
 int OpenToWrite(const std::filesystem::path& file, int flags) {
   const int opened = open(file.c_str(), O_WRONLY | O_NONBLOCK | O_CLOEXEC | flags, kMode);
   if (opened >= 0) fcntl(opened, F_SETFL, 0);
   return opened;
 }
 
-// A new file in the folder of `file`: nobody can have planted a link at its random name.
+// Opens a new file in the folder of `file`. Its random name excludes prepared symbolic links.
 int OpenBeside(const std::filesystem::path& file, mode_t mode, std::filesystem::path* part) {
   std::uint64_t random = 0;
   if (getrandom(&random, sizeof random, 0) != sizeof random) return -1;
@@ -221,7 +223,7 @@ bool TryReplace(const std::filesystem::path& file, const FileWriter& write, Link
   const bool follows = links == Links::kFollow;
   const auto status = follows ? fs::status(file, ignored) : fs::symlink_status(file, ignored);
   const bool is_file = fs::is_regular_file(status);
-  // A device or a pipe, /dev/null say, must not become a file.
+  // A device or a pipe, such as /dev/null, must not be replaced by a file.
   if (follows && !is_file && fs::exists(status)) return Fill(OpenToWrite(file, O_TRUNC), write);
   const fs::path replaced = follows && is_file ? fs::canonical(file, ignored) : file;
   const mode_t mode = is_file ? static_cast<mode_t>(status.permissions()) & 0777U : kMode;
@@ -256,7 +258,7 @@ void RequireWritable(const std::filesystem::path& file) {
                                          : "a file in a folder that exists and may be written to"));
   }
   if (!part.empty()) std::filesystem::remove(part, ignored);
-  // Keeps a pipe open until the program ends: its reader would take an early end for the last one.
+  // A pipe remains open until the program ends, because its reader would take a close for the end.
   if (!is_pipe) close(opened);
 }
 

@@ -33,8 +33,8 @@ void RequirePrivate(const fs::path& key) {
   throw std::invalid_argument(key.string() + " is readable by other users: expected mode 0600");
 }
 
-// This gRPC has no setting for the minimum version. Of the cipher suites before 1.3 one is left
-// that needs a pre-shared secret, and there is none.
+// This gRPC has no setting for the minimum version. The only remaining cipher suite before 1.3
+// needs a pre-shared secret, which does not exist.
 void AllowOnlyTls13() {
   setenv("GRPC_SSL_CIPHER_SUITES", "PSK-AES128-GCM-SHA256", 1);
 }
@@ -58,7 +58,7 @@ using Bio = std::unique_ptr<BIO, Freed<BIO_free>>;
 using Certificate = std::unique_ptr<X509, Freed<X509_free>>;
 using Key = std::unique_ptr<EVP_PKEY, Freed<EVP_PKEY_free>>;
 
-// `text` outlives it.
+// `text` must outlive the result.
 Bio Reading(std::string_view text) {
   return Bio(BIO_new_mem_buf(text.data(), static_cast<int>(text.size())));
 }

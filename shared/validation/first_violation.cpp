@@ -7,7 +7,8 @@ namespace palpate {
 namespace {
 
 constexpr double kUnitTolerance = 1e-6;  // of the norm of a unit vector in double precision [-]
-// Largest asymmetry of a matrix of floats by its largest entry [-]: rounding of both halves.
+// Largest asymmetry of a matrix of floats relative to its largest entry [-]: rounding of both
+// halves.
 constexpr float kAsymmetry = 4 * std::numeric_limits<float>::epsilon();
 
 // Collects the first violation.

@@ -14,18 +14,18 @@ namespace {
 
 constexpr double kMaxCompliance = 1e6;  // [m/N]
 constexpr double kMaxRatio = 1e6, kMaxFriction = 1e3;
-constexpr double kMinLength = 1e-9;  // of a cell's side, of a depth [m]
+constexpr double kMinLength = 1e-9;  // smallest edge of a cell, and smallest depth [m]
 
 std::size_t At(int i) {
   return static_cast<std::size_t>(i);
 }
 
-// Numbers of the lower triangle of a symmetric matrix.
+// Returns the number of entries in the lower triangle of a symmetric matrix.
 constexpr int Triangle(int size) {
   return size * (size + 1) / 2;
 }
 
-// `get(row, column)` of every number that is sent, in order.
+// Calls `each` for every entry that is sent, in order.
 template <class Each>
 void ForEachEntry(int nodes, int directions, bool coupled, const Each& each) {
   const int block = coupled ? nodes * directions : directions;
@@ -66,7 +66,7 @@ void ReadCells(const v1::SurfacePatch& message, FieldReader* reader, SurfacePatc
   }
 }
 
-// Every cell has a side or an area to stand on.
+// Requires that every cell has a length or an area.
 void RequireShape(const SurfacePatch& patch, FieldReader* reader) {
   for (int cell = 0; cell < patch.cell_count; ++cell) {
     const auto vertex = [&](int k) -> Eigen::Vector3d {
@@ -92,7 +92,7 @@ void ReadNodes(const v1::SurfacePatch& message, FieldReader* reader, SurfacePatc
   }
 }
 
-// The nearest one that takes energy and gives back no more.
+// Replaces the compliance by the nearest passive one.
 void MakePassive(SurfacePatch* patch) {
   const int size = patch->node_count * patch->directions;
   const int block = patch->coupled ? size : patch->directions;

@@ -35,7 +35,7 @@ void WriteModel(const LocalModel& model, v1::LocalModel* message) {
 LocalModel ReadModel(const v1::LocalModel& message, FieldReader* reader) {
   LocalModel model;
   if (message.kind() != v1::LocalModel::KIND_UNILATERAL_PLANE)
-    return model;  // a law not known here
+    return model;  // an unknown force law
   reader->Require(message.revision() > 0, "local_model.revision = 0", "1 or more");
   reader->Require(message.has_reference(), "local_model.reference is absent", "a point");
   reader->Require(message.stiffness_size() == kStiffnessEntries, "local_model.stiffness",
@@ -92,8 +92,8 @@ void ReadFingers(const v1::SlaveState& message, FieldReader* reader, SlaveState*
   }
 }
 
-// The fields of an estimate, of a state and of a command: each with its value and the largest
-// accepted size. Parts with rules of their own follow below. Const states are written, others read.
+// Lists the fields of an estimate, a state and a command with value and largest accepted magnitude,
+// for writing (const states) and for reading. Parts with special rules follow below.
 template <class Estimate, class Fields>
 void VisitEstimate(Estimate& estimate, const Fields& field) {
   using M = v1::SlaveState;
@@ -141,7 +141,7 @@ void VisitCommand(Command& command, const Fields& field) {
   field(M::kTorqueFieldNumber, command.torque);
 }
 
-// The parts of an estimate with rules of their own. No NaN is sent: see the header.
+// Writes the parts of an estimate with special rules. NaN is not sent, see the header.
 void WriteParts(const ContactEstimate& estimate, v1::SlaveState* message) {
   const bool is_sendable = !estimate.force || estimate.force->allFinite();
   if (!is_sendable) {

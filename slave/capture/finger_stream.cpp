@@ -8,14 +8,16 @@
 namespace palpate {
 namespace {
 
-constexpr Clock::duration kSilence = std::chrono::seconds(1);  // of a driver, gives way to another
-constexpr int kDrivers = 20;          // samples without a gap make a driver of a sender
-constexpr double kMaxCounts = 1e9;    // no sensor sends more
+// Silence of a driver after which another sender is accepted.
+constexpr Clock::duration kSilence = std::chrono::seconds(1);
+constexpr int kDrivers = 20;        // samples without a gap after which a sender counts as a driver
+constexpr double kMaxCounts = 1e9;  // larger values are rejected
 constexpr double kMaxDistance = 1e6;  // [m]
-constexpr double kRigid = 1e-6;       // of a rotation matrix
+constexpr double kRigid = 1e-6;       // tolerance of a rotation matrix
 constexpr double kMaxPause = 3;       // periods; longer ones are gaps
-constexpr double kSlowest = 10;      // of the scene's periods: what comes more rarely comes in gaps
-constexpr double kSameRate = 0.1;    // of the scene's period
+// Largest period of a sender, relative to the scene's period; slower samples are separated by gaps.
+constexpr double kSlowest = 10;
+constexpr double kSameRate = 0.1;    // tolerance of the period, relative to the scene's
 constexpr double kSmoothing = 0.05;  // share of the newest interval in the sender's period
 
 std::optional<std::string> RefuseCounts(const FingerReading& reading,
@@ -81,7 +83,7 @@ std::optional<std::string> FingerStream::Take(std::uint64_t sequence, Time sense
     sender_period_ += kSmoothing * (std::min(interval, longest) - sender_period_);
     sender_period_ = std::min(sender_period_, kSlowest * period_);
   }
-  // Times rise, even where the fastest sample so far moves those after it back.
+  // Times must rise, even if a new fastest sample changes the clock offset.
   if (newest() != nullptr) sample.at = std::max(sample.at, newest()->at + Clock::duration(1));
   run_ = sample.begins ? 1 : std::min(run_ + 1, kDrivers);
   sender_ = sender;
@@ -92,7 +94,7 @@ std::optional<std::string> FingerStream::Take(std::uint64_t sequence, Time sense
   return std::nullopt;
 }
 
-// Within the present sender's samples.
+// Compares with the last sample of the present sender.
 std::optional<std::string> FingerStream::RefuseOrder(std::uint64_t sequence, Time sensed_at) const {
   if (!sensed_at_ || sensed_at == *sensed_at_) return std::nullopt;
   if (sensed_at < *sensed_at_) {

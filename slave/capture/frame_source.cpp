@@ -44,7 +44,7 @@ struct ReadOptions {
 };
 
 // Decodes recorded images in a separate thread, a few ahead of the reader, and assigns timestamps.
-// The first images are read at once: wrong ones are found here, not in the loop.
+// The first images are read at once, so that invalid ones are reported here.
 class DecodeAhead final : public StereoSource {
  public:
   DecodeAhead(ReadImages read, ReadOptions options)
@@ -188,8 +188,8 @@ StereoPair ReadDepth(ImageFiles& files) {
   return Arranged({.left = files.ReadNext()}, PairLayout::kDepth, name);
 }
 
-// If the first two files have the same number, all pairs must. An image missing on the left and
-// another one on the right would otherwise make wrong pairs.
+// If the first two files have the same number, all pairs must. Otherwise a missing image on the
+// left and another one on the right would cause wrong pairs.
 void RequireSameNumbers(const ImageFiles& left, const ImageFiles& right) {
   if (LastNumber(left.files().front()) != LastNumber(right.files().front())) return;
   for (std::size_t k = 0; k < left.count(); ++k) {
@@ -202,7 +202,7 @@ void RequireSameNumbers(const ImageFiles& left, const ImageFiles& right) {
   }
 }
 
-// The images of videos in step, which are paired by their number.
+// Returns the images of two videos, paired by their number.
 std::unique_ptr<StereoSource> OpenVideos(const std::vector<Eye>& cameras, PairLayout layout,
                                          double rate) {
   std::vector<std::shared_ptr<VideoStream>> videos;

@@ -72,13 +72,13 @@ std::unique_ptr<FrameSource> OpenFrameSource(const Scene& scene, const ImageFilt
 // Opens the source of one camera.
 std::unique_ptr<FrameSource> OpenCamera(const Camera& camera, const ImageFilter& filter = {});
 
-// Opens the cameras of sense.camera.stereo or sense.camera.depth: cameras and streams (see
-// live_cameras.h), videos, which are paired image by image, or files, listed as ListImages()
-// does; the first left file is paired with the first right file, and so on. Colour becomes grey
+// Opens the cameras of sense.camera.stereo or sense.camera.depth: live cameras and streams (see
+// live_cameras.h), videos, which are paired image by image, or files, listed as by ListImages();
+// the first left file is paired with the first right file, and so on. Colour is converted to grey
 // (ITU-R BT.601). 16-bit images are rejected, because two differently scaled cameras would not
-// match. Depth has one channel of 16 bit. Pairs of files and videos come at the scene's rate, as
-// images do. Throws std::runtime_error: nothing matches, different counts or numbers of left and
-// right, the first pair is unreadable. Not for simulated cameras.
+// match. Depth has one channel of 16 bit. Pairs of files and videos are returned at the scene's
+// rate, as single images are. Throws std::runtime_error: nothing matches, different counts or
+// numbers of left and right, the first pair is unreadable. Not for simulated cameras.
 std::unique_ptr<StereoSource> OpenStereo(const Scene& scene);
 
 }  // namespace palpate

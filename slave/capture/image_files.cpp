@@ -59,7 +59,7 @@ struct NumberedName {
     if (digits.size() < width) digits.insert(0, width - digits.size(), zeros ? '0' : ' ');
     return before + digits + after;
   }
-  // The number in `name`, if it is one of ours.
+  // Returns the number in `name` if the name matches the pattern.
   [[nodiscard]] std::optional<long> Number(const std::string& name) const {
     if (name.size() <= before.size() + after.size()) return std::nullopt;
     const char* const last = name.data() + name.size() - after.size();
@@ -213,12 +213,13 @@ bool NaturallyLess(const std::string& a, const std::string& b) {
     if (const int order = a.compare(a0, i - a0, b, b0, j - b0); order != 0) return order < 0;
   }
   if (i < a.size() || j < b.size()) return i == a.size();
-  return a < b;  // the same numbers, written with more zeros
+  return a < b;  // the same numbers with different leading zeros
 }
 
 std::vector<fs::path> ListImages(const std::string& pattern, const fs::path& base) {
   fs::path full = base / pattern;
-  if (full.parent_path().empty()) full = "." / full;  // what has no folder lies in this one
+  // A name without folder refers to the working directory.
+  if (full.parent_path().empty()) full = "." / full;
   const std::string name = full.filename().string();
   if (fs::is_directory(full)) {
     auto files = Collect(full, IsImageName);

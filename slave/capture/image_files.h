@@ -26,12 +26,13 @@ std::vector<std::filesystem::path> ListImages(const std::string& pattern,
 // Digits compare as numbers, everything else as characters.
 bool NaturallyLess(const std::string& a, const std::string& b);
 
-// When each of `files`, listed in the order of time, was taken, in periods since the first: as the
-// last numbers in their names rise, in steps of the smallest rise there is; a larger one is a gap.
-// One after the other where names have no such numbers, or more would be missing than there are.
+// Returns when each of `files`, listed in the order of time, was taken: in periods since the first
+// file, from the last number in each name. The smallest rise of the numbers is one period; a larger
+// rise is a gap. The result is 0, 1, 2, ... if names have no such numbers, or if more images would
+// be missing than exist.
 std::vector<std::uint64_t> InstantsOf(const std::vector<std::filesystem::path>& files);
-// Text for the number of images that are missing in the sequence, after a count: `, 3 missing`;
-// empty: none.
+// Returns a text for the number of missing images, to be put after a count: `, 3 missing`; empty:
+// none.
 std::string MissingInWords(const std::vector<std::uint64_t>& instants);
 
 // The last number in the file's name, without leading zeros: 7 of left_007.png; empty: none.

@@ -22,7 +22,7 @@ namespace {
 
 using Encoding = PushedImage::Encoding;
 
-constexpr double kSilence = 1;       // of a sender, gives way to another [s]
+constexpr double kSilence = 1;       // silence of a sender after which another one is accepted [s]
 constexpr double kMaxPerRate = 4;    // samples per second over the scene's rate
 constexpr double kMinAllowed = 120;  // samples per second
 
@@ -58,7 +58,7 @@ cv::Mat Pixels(const PushedImage& pushed) {
       .clone();
 }
 
-// `accepts`: throws where an image of this size is not wanted, before it takes memory.
+// `accepts`: throws if an image of this size is not accepted, before memory is allocated.
 template <typename Accepts>
 cv::Mat Decoded(const PushedImage& pushed, const Accepts& accepts) {
   if (pushed.encoding != Encoding::kJpeg && pushed.encoding != Encoding::kPng) {
@@ -108,7 +108,7 @@ Wanted WantedBy(const Scene& scene) {
 struct ImageInbox::State {
   explicit State(const Scene& scene) : wanted(WantedBy(scene)) {}
 
-  // Throw std::runtime_error: what is not accepted. Without the mutex.
+  // These functions throw std::runtime_error for rejected images. Called without the mutex.
   [[nodiscard]] cv::Mat SizedAsWanted(const PushedImage& pushed) const;
   [[nodiscard]] StereoPair Accepted(const PushedSample& pushed) const;
   // Call it with the mutex locked.
@@ -117,7 +117,7 @@ struct ImageInbox::State {
   std::optional<std::string> Unlike(const StereoPair& sample);
   void Stamp(const PushedSample& pushed, Time arrived_at, StereoPair* sample);
   void Keep(StereoPair sample);
-  // With a driven clock, the waiting thread is the one that would feed.
+  // With a driven clock the waiting thread itself would have to feed the sample.
   [[nodiscard]] bool WouldWaitForEver() const {
     return DrivenClock::is_active() && !queue.has_images();
   }
@@ -125,7 +125,7 @@ struct ImageInbox::State {
   const Wanted wanted;
   ImageQueue queue;
 
-  mutable PriorityInheritanceMutex mutex;  // guards what follows
+  mutable PriorityInheritanceMutex mutex;  // guards the members below
   SenderId sender = 0;
   SenderClock clock;
   std::optional<Time> heard_at, sensed_at;  // slave's clock; sender's
@@ -133,7 +133,7 @@ struct ImageInbox::State {
   PaceLimit pace{std::max(kMinAllowed, kMaxPerRate* wanted.rate)};
   cv::Size size;  // of the first
   int type = -1;
-  Time newest_at{}, taken_at{};  // of the sample kept last, and of the one taken last
+  Time newest_at{}, taken_at{};  // times of the last stored sample and of the last returned one
   CameraHealth health;
 };
 
@@ -188,9 +188,8 @@ std::optional<std::string> ImageInbox::State::Unlike(const StereoPair& sample) {
                      size.width, size.height, TypeInWords(type));
 }
 
-// No image comes before it was taken, the later of two neither; what two cameras show together is
-// of the moment in their middle. Times rise, even where the fastest sample so far moves those after
-// it back.
+// No image, nor the later one of a pair, arrives before it was taken. The time of a pair is the
+// mean of both. Times must rise, even if a new fastest sample changes the clock offset.
 void ImageInbox::State::Stamp(const PushedSample& pushed, Time arrived_at, StereoPair* sample) {
   heard_at = arrived_at;
   sensed_at = pushed.sensed_at;
@@ -241,7 +240,7 @@ std::optional<ImageInbox::Refusal> ImageInbox::Feed(const PushedSample& pushed, 
   }
   StereoPair sample;
   try {
-    sample = s.Accepted(pushed);  // takes its time
+    sample = s.Accepted(pushed);  // takes some time
   } catch (const std::exception& error) {
     return Refusal{error.what()};
   }

@@ -1,4 +1,4 @@
-// Hands images from the thread that takes them to the one that uses them.
+// Passes images from the thread that reads them to the thread that uses them.
 #pragma once
 
 #include <cstddef>
@@ -20,7 +20,7 @@ class ImageQueue {
   bool Push(StereoPair images, std::size_t most, const std::stop_token& stop);
   // Discards those that wait: a live image is useful only while it is new.
   void Replace(StereoPair images);
-  // No more images will come; Take() throws `failure`, if there is one, after the last.
+  // Ends the queue. After the last image Take() throws `failure`, if there is one.
   void Close(std::exception_ptr failure);
   void Clear();
   [[nodiscard]] bool has_images() const {
@@ -38,7 +38,7 @@ class ImageQueue {
  private:
   bool WaitLocked(std::unique_lock<PriorityInheritanceMutex>& lock, const std::stop_token& stop);
 
-  mutable PriorityInheritanceMutex mutex_;  // guards what follows
+  mutable PriorityInheritanceMutex mutex_;  // guards the members below
   PriorityInheritanceCondition changed_;
   std::deque<StereoPair> waiting_;
   bool closed_ = false;

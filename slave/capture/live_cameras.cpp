@@ -29,8 +29,8 @@ constexpr auto kThreadEndTime = std::chrono::seconds(3);   // limit for a thread
 constexpr auto kStreamOpenTime = std::chrono::seconds(5);  // limit for opening a stream
 constexpr double kMaxTimeWithoutPair = 1;                  // longer is reported [s]
 
-// Returns an empty image at the end of the stream. An exception of the library counts as a camera
-// that is gone.
+// Returns an empty image at the end of the stream. An exception of the library counts as a lost
+// camera.
 cv::Mat NextOf(VideoStream* video) {
   try {
     return video != nullptr ? video->Next() : cv::Mat();
@@ -53,9 +53,9 @@ struct LiveCamera {
   enum class Stage : std::uint8_t { kOpening, kOpened, kEnded } stage = Stage::kOpening;
   std::exception_ptr refusal;  // error of the first opening
   bool gone = false;
-  std::deque<ReceivedImage> waiting;  // for their partners
-  cv::Mat first;                      // the format of all images is that of the first
-  std::string unlike;                 // why the newest image is not accepted; empty: it is
+  std::deque<ReceivedImage> waiting;  // images that wait for their partners
+  cv::Mat first;                      // first image; all must have its format
+  std::string unlike;                 // why the newest image is refused; empty: it is accepted
 };
 
 }  // namespace
@@ -69,19 +69,19 @@ struct LiveCameras::State {
   void Run(std::size_t i, const std::stop_token& stop);
   void ReadOpened(std::size_t i, std::unique_ptr<VideoStream> video, const std::stop_token& stop);
   void Reach(std::size_t i, LiveCamera::Stage stage);
-  // Throws std::runtime_error: it is not there, or does not answer.
+  // Throws std::runtime_error if the camera is missing or does not answer.
   void AwaitOpened(std::size_t i);
-  [[nodiscard]] bool HasEnded(std::size_t i);  // waits for it, not forever
+  [[nodiscard]] bool HasEnded(std::size_t i);  // waits for a limited time
   void Put(std::size_t i, cv::Mat image, Time at);
   void SetGone(std::size_t i, bool is_gone);
-  // Call this function and those below with the mutex locked. Returns whether the camera's image is
-  // like the previous ones.
+  // Call this function and those below with the mutex locked. Returns whether the image has the
+  // format of the camera's first image.
   bool IsLikeFirst(std::size_t i, const cv::Mat& image);
-  // The newest images that belong together, as far as they have come.
+  // Finds the newest images that form a pair.
   void Match();
   void Hand(StereoPair images);
   [[nodiscard]] std::string Trouble(Time now) const;
-  // Throws std::runtime_error: what comes is not accepted, or nothing comes.
+  // Throws std::runtime_error if the image is not accepted, or none arrives.
   void AwaitFirst(const std::stop_token& stop);
 
   const std::vector<CameraInput> inputs;
@@ -89,11 +89,11 @@ struct LiveCameras::State {
   const std::chrono::milliseconds timeout;
   ImageQueue queue;
 
-  mutable PriorityInheritanceMutex mutex;  // guards what follows
+  mutable PriorityInheritanceMutex mutex;  // guards the members below
   PriorityInheritanceCondition changed;
   std::vector<LiveCamera> cameras;
   CameraHealth health;
-  double apart = 0;  // of the pair dropped last [s]
+  double apart = 0;  // time between the images of the last dropped pair [s]
   Time matched_at = Clock::now();
 };
 
@@ -155,7 +155,7 @@ void LiveCameras::State::ReadOpened(std::size_t i, std::unique_ptr<VideoStream> 
     if (stop.stop_requested()) return;
     try {
       video = inputs[i].open();
-    } catch (const std::exception&) {  // it is still not there
+    } catch (const std::exception&) {  // the camera is still missing
     }
     if (video) SetGone(i, false);
   }

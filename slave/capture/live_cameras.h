@@ -29,9 +29,9 @@ struct CameraInput {
 // installed.
 CameraInput InputOf(const Eye& eye, const cv::Size& size, double rate);
 
-// Thread-safe. The timestamp is the slave's clock at the arrival of an image, for a pair the middle
-// of both: exposure and transfer are before it, and a rolling shutter captures its lines at
-// different times.
+// Thread-safe. The timestamp is the slave's clock at the arrival of an image, for a pair the mean
+// of both. It is later than the exposure by transfer and exposure time, and a rolling shutter
+// captures its lines at different times.
 class LiveCameras final : public StereoSource {
  public:
   // Opens one camera, or two at the same time. `sync`: images of two cameras that arrive farther
@@ -52,7 +52,7 @@ class LiveCameras final : public StereoSource {
   struct State;
   void End();  // threads that do not return are abandoned
 
-  std::shared_ptr<State> state_;       // its threads', too, as long as they live
+  std::shared_ptr<State> state_;       // shared with the threads, which may outlive this object
   std::vector<std::jthread> threads_;  // one per camera
   PairLayout layout_;
 };

@@ -1,6 +1,6 @@
-// Limits the number of messages per second of a peer. Messages that the network held up arrive all
-// at once and are no flood: after a silence of up to kMaxStall all that could be sent in it is
-// allowed.
+// Limits the number of messages per second of a peer. Messages that the network delayed arrive all
+// at once and are no flood: after a silence of up to kMaxStall all messages that could be sent in
+// that time are allowed.
 #pragma once
 
 #include <algorithm>
@@ -14,7 +14,7 @@ class PaceLimit {
  public:
   static constexpr double kMaxStall = 30;  // a longer one ends the connection [s]
 
-  // `max_rate`: largest number per second, and at once in the beginning.
+  // `max_rate`: largest number per second, and largest number of messages at once in the beginning.
   explicit PaceLimit(double max_rate) : max_rate_(max_rate), left_(max_rate) {}
 
   // Counts a message at `now`, which does not decrease; false: above the limit.

@@ -28,19 +28,20 @@ double MedianPeriod(const std::vector<double>& t) {
   return MedianOf(periods);
 }
 
-// When a frame is due, and between which samples it lies.
+// Time of a frame, and the samples before and after it.
 struct Instant {
   double t = 0;           // [s], of the recording's clock
   std::size_t after = 0;  // index of the sample at or after it
-  double share = 1;       // of that sample, > 0; the rest is that of the sample before
+  double share = 1;       // weight of that sample, > 0; the previous sample has the rest
   bool after_gap = false;
 };
 
-// `step` [s] apart, 0: at each sample; from the start after a pause longer than `gap` [s].
+// Returns instants `step` [s] apart (0: at each sample), which restart after a pause longer than
+// `gap` [s].
 std::vector<Instant> InstantsOf(const std::vector<double>& t, double step, double gap) {
   std::vector<Instant> instants;
-  double start = 0;  // of the samples without a gap
-  double count = 0;  // of the instants since
+  double start = 0;  // time of the first sample after a gap
+  double count = 0;  // number of instants since then
   for (std::size_t i = 0; i < t.size(); ++i) {
     const bool after_gap = i > 0 && t[i] - t[i - 1] > gap;
     if (i == 0 || after_gap || step == 0) {

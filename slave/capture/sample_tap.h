@@ -32,7 +32,7 @@ class SamplePlayer {
   virtual std::unique_ptr<TactileSource> OpenFingertips() = 0;
 };
 
-// Shows each sample of `inner` to `tap` before anybody else.
+// Passes each sample of `inner` to `tap` before it returns it.
 template <typename Source>
 class TappedSource : public Source {
  public:

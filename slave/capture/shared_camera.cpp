@@ -21,7 +21,7 @@ bool IsLive(const Camera& camera) {
   return camera.source == Camera::Source::kDevice || camera.source == Camera::Source::kUrl;
 }
 
-// Recorded images, again and again.
+// Repeats recorded images endlessly.
 class RepeatedFrames final : public FrameSource {
  public:
   RepeatedFrames(const Camera& camera, ImageFilter filter)
@@ -66,7 +66,8 @@ class SharedCamera::Live {
   explicit Live(std::unique_ptr<FrameSource> source)
       : source_(std::move(source)), thread_([this](const std::stop_token& stop) { Run(stop); }) {}
 
-  // The newest image after number `last`; nullopt: `stop`, or the camera has ended.
+  // Returns the newest image after number `last`; nullopt: `stop` was requested or the camera has
+  // ended.
   std::optional<Frame> After(std::uint64_t last, const std::stop_token& stop) {
     std::unique_lock lock(mutex_);
     changed_.wait(lock, stop, [&] { return has_ended_ || newest_.sequence > last; });
@@ -75,8 +76,8 @@ class SharedCamera::Live {
     if (failure_) std::rethrow_exception(failure_);
     return std::nullopt;
   }
-  // The first image that was taken after this call; nullopt: `stop`. Throws std::runtime_error:
-  // none comes within `timeout` [s].
+  // Returns the first image taken after this call; nullopt: `stop` was requested. Throws
+  // std::runtime_error if none arrives within `timeout` [s].
   std::optional<Frame> Fresh(double timeout, const std::stop_token& stop) {
     const Time asked = Clock::now();
     std::unique_lock lock(mutex_);
@@ -116,7 +117,7 @@ class SharedCamera::Live {
   }
 
   const std::unique_ptr<FrameSource> source_;
-  PriorityInheritanceMutex mutex_;  // guards what follows
+  PriorityInheritanceMutex mutex_;  // guards the members below
   PriorityInheritanceCondition changed_;
   Frame newest_;
   bool has_ended_ = false;

@@ -20,9 +20,8 @@ class SharedCamera {
   SharedCamera(const SharedCamera&) = delete;
   SharedCamera& operator=(const SharedCamera&) = delete;
 
-  // Returns a source of its own for one reader, which this object outlives. Live: from `first` on,
-  // if it is given, else from the newest image on. Recorded: from the first image on, again and
-  // again.
+  // Returns a separate source for one reader. This object must outlive it. Live: from `first` on,
+  // if it is given, else from the newest image on. Recorded: from the first image on, repeatedly.
   [[nodiscard]] std::unique_ptr<FrameSource> Open(const ImageFilter& filter = {},
                                                   std::optional<Frame> first = {}) const;
   // Live: the next image, which was taken after this call. Recorded: the first one. nullopt:

@@ -228,7 +228,7 @@ class RunningSimulation final : public Simulation {
     return std::make_unique<Player<Source, Sample>>(this, convert);
   }
 
-  // False: the simulation has ended, or `stop`, which kills it.
+  // Returns false if the simulation has ended or `stop` was requested, which kills it.
   bool Advance(const std::stop_token& stop) {
     if (stop.stop_requested()) return false;
     if (std::exchange(is_first_, false)) return has_first_;

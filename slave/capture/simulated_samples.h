@@ -32,10 +32,10 @@ struct SimulationOptions {
   bool surface = false;  // with the true surface
 };
 
-// Starts palpate-simulator, which lies beside the running program, with the scene's file and
-// overrides. The program ends with the result. Throws std::invalid_argument: the simulator rejects
-// the scene; std::runtime_error: it is not installed, or failed. A source of the result throws as
-// well where the simulator fails later.
+// Starts palpate-simulator from the folder of the running program, with the scene's file and
+// overrides. It ends when the result is destroyed. Throws std::invalid_argument: the simulator
+// rejects the scene; std::runtime_error: it is not installed, or failed. A source of the result
+// throws as well if the simulator fails later.
 std::unique_ptr<Simulation> StartSimulation(const Scene& scene, const SimulationOptions& options);
 
 }  // namespace palpate

@@ -15,7 +15,7 @@ namespace {
 constexpr std::size_t kMinKept = 64;        // samples per finger
 constexpr std::size_t kMaxUnitLength = 16;  // [characters]
 constexpr double kMaxKeptTime = 0.5;        // [s] of samples at the scene's rate
-constexpr double kMissing = 1.5;            // periods to the next sample: one is missing between
+constexpr double kMissing = 1.5;  // periods to the next sample beyond which one is missing
 
 using Sample = FingerStream::Sample;
 
@@ -41,18 +41,18 @@ struct TactileInbox::State {
 
   const Clock::duration period;
 
-  PriorityInheritanceMutex mutex;  // guards what follows
+  PriorityInheritanceMutex mutex;  // guards the members below
   PriorityInheritanceCondition fed;
   std::vector<FingerStream> fingers;
   std::array<bool, kMaxFingers> was_present{}, is_absent{};
-  std::optional<Time> last;  // instant of the last frame
-  std::size_t led = 0;       // the finger that gave it
-  bool after_gap = false;    // of the next one
+  std::optional<Time> last;  // time of the last frame
+  std::size_t led = 0;       // the finger whose sample gave its time
+  bool after_gap = false;    // whether a gap precedes the next frame
   std::uint64_t frames = 0;
 };
 
-// The newest time of a sample of any finger: it is the present time, so that fingers are compared
-// with each other and not with the wall clock.
+// Returns the newest sample time of any finger. It serves as the present time, so that fingers are
+// compared with each other and not with the wall clock.
 std::optional<Time> TactileInbox::State::Newest() const {
   std::optional<Time> newest;
   for (const FingerStream& finger : fingers) {
@@ -62,11 +62,12 @@ std::optional<Time> TactileInbox::State::Newest() const {
   return newest;
 }
 
-// nullopt: the leader has not stated so much yet.
+// nullopt: the leading finger has not sent enough samples yet.
 std::optional<Time> TactileInbox::State::NextInstant(std::size_t leader) {
   const FingerStream& finger = fingers[leader];
   if (!last) return finger.After(Time::min())->at;
-  // Another leader's samples lie otherwise: the first may follow the last frame too soon.
+  // The samples of another leading finger have other times, so the first may follow the last frame
+  // too soon.
   const Sample* next = finger.After(*last + (leader == led ? Clock::duration(0) : period / 2));
   if (next == nullptr) return std::nullopt;
   Time t = *last + period;
@@ -83,7 +84,8 @@ std::optional<Time> TactileInbox::State::NextInstant(std::size_t leader) {
   return next->at;
 }
 
-// The first finger that sends without a gap just ahead; if all have one, the first to be back.
+// Returns the first finger without a gap before its next sample; if all have one, the finger that
+// resumes first.
 std::size_t TactileInbox::State::Leader(Time now) const {
   std::size_t leader = fingers.size();
   Time back = Time::max();
@@ -167,7 +169,7 @@ void TactileInbox::Leave(std::string_view finger, SenderId sender) {
 
 std::optional<TactileFrame> TactileInbox::Next(const std::stop_token& stop) {
   std::unique_lock lock(state_->mutex);
-  // With a driven clock, the waiting thread is the one that would feed.
+  // With a driven clock the waiting thread itself would have to feed the samples.
   if (DrivenClock::is_active()) return state_->TryFrame();
   std::optional<TactileFrame> frame;
   state_->fed.wait(lock, stop, [&] {

@@ -23,7 +23,7 @@ class FingerStream {
  public:
   struct Sample {
     Time at{};            // slave's clock
-    bool begins = false;  // a stretch: nothing is known between this sample and the one before
+    bool begins = false;  // there is a gap before this sample, so nothing is interpolated there
     FingerReading reading;
   };
 
@@ -35,9 +35,9 @@ class FingerStream {
   [[nodiscard]] const std::string& unit() const { return channels_.unit; }
   using SenderId = std::uint64_t;
 
-  // nullopt: accepted. Otherwise the reason of the rejection, which continues the finger's name. A
-  // sender with twenty samples without a gap gives way to another sender after a second of silence;
-  // other senders after ten periods.
+  // nullopt: accepted. Otherwise the reason of the rejection, which continues the finger's name.
+  // Another sender is accepted after a silence: of one second if the present sender has sent twenty
+  // samples without a gap, else of ten periods.
   std::optional<std::string> Take(std::uint64_t sequence, Time sensed_at,
                                   const FingerReading& reading, Time arrived_at, SenderId sender);
   // Ends the feed if it is the present sender: the next one may start again.

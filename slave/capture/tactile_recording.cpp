@@ -15,12 +15,12 @@ namespace {
 constexpr double kMaxCounts = 1e9;  // no sensor sends more
 
 constexpr double kMaxPosition = 10;      // [m]; beyond, these are millimetres
-constexpr double kUnitTolerance = 0.01;  // of a quaternion's length
+constexpr double kUnitTolerance = 0.01;  // of a quaternion's norm
 
 constexpr std::array kPoseNames{"x", "y", "z", "qw", "qx", "qy", "qz"};
 using PoseColumns = std::array<std::size_t, kPoseNames.size()>;
 
-// Where one finger is in the file.
+// Columns of one finger in the file.
 struct FingerColumns {
   std::string prefix;  // of its columns: empty, or `rf_`
   std::vector<std::size_t> channels;
@@ -158,7 +158,7 @@ FingerColumns FindFinger(const CsvTable& rows, const std::string& prefix,
   }
   if (!channels.are_electrodes()) return columns;
   columns.pac = rows.Find(prefix + "pac0");
-  // Where electrodes are `ele1`, the first of the pac is `pac1`; beside `E1` that is the second.
+  // With electrodes named `ele1` the first pac is `pac1`; with `E1` this is the second one.
   if (!columns.pac && rows.Find(prefix + "ele1")) columns.pac = rows.Find(prefix + "pac1");
   columns.pdc = rows.Find(prefix + "pdc");
   return columns;
@@ -210,7 +210,7 @@ FingerReading ReadSample(const CsvTable& rows, const FingerColumns& columns) {
 }
 
 constexpr std::array kNames{"rel_time_s", "time_s", "t_s", "t", "time", "timestamp"};
-constexpr double kLatest = 9e9;  // the year 2255; stamps in milliseconds lie far beyond
+constexpr double kLatest = 9e9;  // the year 2255; times in milliseconds are larger
 
 }  // namespace
 

@@ -65,7 +65,8 @@ std::size_t FindTimeColumn(const CsvTable& rows);
 // first row).
 double ReadTime(const CsvTable& rows, std::size_t column, const double* before);
 
-// `share` of the way from one reading to another, 0 to 1; a pose where both have one.
+// Interpolates between two readings: `share` 0 gives the first, 1 the second. The result has a pose
+// if both have one.
 FingerReading Between(const FingerReading& from, const FingerReading& to, double share) noexcept;
 // Linear in place, spherically linear in rotation.
 Eigen::Isometry3d Between(const Eigen::Isometry3d& from, const Eigen::Isometry3d& to,

@@ -1,5 +1,5 @@
-// A check compares what one sample shows with independent knowledge: another sensor, the start, or
-// the model. It gives a verdict, and by how much the force may be wrong in addition.
+// A check compares one sample with independent information: another sensor, the baseline, or the
+// model. It returns a verdict and an additional uncertainty of the force.
 #pragma once
 
 #include <cmath>

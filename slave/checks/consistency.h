@@ -39,8 +39,8 @@ class Consistency {
   // `window`: samples that are summed, 1 to kMaxWindow.
   explicit Consistency(int window = 10);
 
-  // Adds a residual of the present sample. A residual that is not finite fails at once. A code may
-  // have several.
+  // Adds a residual of the present sample. A residual that is not finite fails at once. A check
+  // code may have several residuals.
   void Add(const Residual& residual) noexcept;
   // Ends the sample. A code fails if q exceeds the quantile 0.9999; of several codes the verdict
   // names the one that exceeds it most, with the reason of its largest residual in this sample.

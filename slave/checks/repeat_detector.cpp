@@ -6,7 +6,7 @@
 namespace palpate {
 namespace {
 
-// Rows of which one is compared [-]. [by definition]
+// One row of this many is compared [-]. [by definition]
 constexpr int kEveryRow = 8;
 
 // Hash of Fowler, Noll and Vo, eight bytes at a time.

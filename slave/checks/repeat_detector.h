@@ -16,7 +16,7 @@ class RepeatDetector {
     // Number of first samples. If each of them repeats the one before, the source has no noise, and
     // repetition is no evidence.
     int learning = 0;
-    bool has_noise = false;  // known before
+    bool has_noise = false;  // whether the noise is known
   };
   explicit RepeatDetector(const Params& params)
       : learning_(params.learning), has_noise_(params.has_noise) {}

@@ -1,4 +1,4 @@
-// Commands of `palpate-slave` that are programs of their own, and what their main functions share.
+// Commands of `palpate-slave` that are separate programs, and helpers for their main functions.
 #pragma once
 
 #include <filesystem>
@@ -13,13 +13,13 @@
 
 namespace palpate {
 
-// `palpate-slave COMMAND` becomes this program. Those with libraries of their own are alone: no
-// other command loads these.
+// `palpate-slave COMMAND` executes this program. Commands with special libraries have a separate
+// program, so that no other command loads these libraries.
 struct CommandProgram {
   std::string_view command;
   const char* program;
   const char* description;
-  const char* libraries;  // argument of deploy/install.sh that installs what it needs; empty: none
+  const char* libraries;  // argument of deploy/install.sh that installs its libraries; empty: none
 };
 inline constexpr CommandProgram kCommandPrograms[] = {
     {"demo", "palpate-demo",

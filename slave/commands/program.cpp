@@ -26,10 +26,10 @@
 namespace palpate {
 namespace {
 
-// For a command to end by itself after a signal; what computes for longer, a large model say, hears
-// nothing, moves nothing and has every row it wrote flushed.
+// Time for a command to end by itself after a signal. Longer computations, for example of a large
+// model, do not poll for signals; they move nothing, and all written rows are flushed.
 constexpr std::chrono::seconds kTimeout(2);
-// For images that wait to be packed: 256 MB of them, where processors are busy.
+// Time to compress the waiting images of a recording: up to 256 MB on busy processors.
 constexpr std::chrono::seconds kRecordingTimeout(30);
 
 constexpr const char* kPattern = "%^%l%$ %v";
@@ -43,7 +43,7 @@ std::string_view ColourOf(spdlog::level::level_enum level) {
   return level == spdlog::level::warn ? kYellow : kGreen;
 }
 
-// The signal that arrives before `end`, else a negative number.
+// Returns the signal that arrives before `end`, else a negative number.
 int WaitUntil(std::chrono::steady_clock::time_point end, const sigset_t& signals) {
   using std::chrono::nanoseconds;
   constexpr std::int64_t kNanosPerSecond = 1'000'000'000;
@@ -59,7 +59,7 @@ StopOnSignal::StopOnSignal() {
   sigaddset(&signals_, SIGINT);
   sigaddset(&signals_, SIGTERM);
   sigaddset(&signals_, SIGUSR1);
-  struct sigaction hang_up {};  // nohup: the terminal may go
+  struct sigaction hang_up {};  // nohup: the terminal may be closed
   if (sigaction(SIGHUP, nullptr, &hang_up) == 0 && hang_up.sa_handler != SIG_IGN) {
     sigaddset(&signals_, SIGHUP);
   }
@@ -68,7 +68,7 @@ StopOnSignal::StopOnSignal() {
 }
 
 void StopOnSignal::Wait(const std::stop_token& end) {
-  // Ends the wait for a signal by one to this thread alone.
+  // Ends the wait by a signal to this thread only.
   const std::stop_callback wake(end, [waiter = pthread_self()] { pthread_kill(waiter, SIGUSR1); });
   std::optional<std::chrono::steady_clock::time_point> last_call;
   while (true) {

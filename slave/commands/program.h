@@ -24,8 +24,8 @@ class StopOnSignal {
   [[nodiscard]] std::stop_token token() const { return source_.get_token(); }
   // A command that is stopped before its result has failed; a service that is stopped has not.
   void ExpectAnswer() { exit_code_ = kFailed; }
-  // Let a recording be written to its end, which may take longer than a stop otherwise may. A
-  // second signal ends that as well.
+  // A stop waits until the recording is complete, which may take longer than other stops. A second
+  // signal ends this wait.
   void LetRecordingEnd() { records_ = true; }
   // Action of SIGUSR1, also of one that arrived while there was none; nullptr: none. Called by a
   // thread of this class.

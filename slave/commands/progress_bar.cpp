@@ -40,7 +40,7 @@ std::string Percent(double done) {
   return Formatted(" %3d %%", static_cast<int>(100 * done));
 }
 
-// Time left from the stage's own pace; unknown while too little is done.
+// Returns the remaining time from the progress of this stage; unknown while too little is done.
 std::string TimeLeft(double spent, double done) {
   if (done >= 1 || done < 0.01 || spent <= 0) return "";
   return ", " + Duration(spent * (1 - done) / done) + " left";
@@ -95,7 +95,7 @@ void ProgressBar::Expect(const PrecomputeCost& cost) {
 
 bool ProgressBar::Report(std::string_view stage, double done) {
   const double now = output_.now();
-  done = done > 0 ? std::min(done, 1.0) : 0;  // so written, NaN is nothing done
+  done = done > 0 ? std::min(done, 1.0) : 0;  // this form maps NaN to 0
   if (stage != stage_) {
     stage_ = stage;
     stage_started_ = now;
@@ -121,7 +121,7 @@ void ProgressBar::Draw(double now, double done) {
     line.append(full, '#').append(width - full, '.') += "]";
   }
   line += tail;
-  // A line that wraps could not be drawn over.
+  // A line that wraps could not be overwritten.
   line.resize(std::min(line.size(), static_cast<std::size_t>(std::max(output_.columns - 1, 1))));
   output_.write(std::string(kEraseLine) + line);
   on_screen_ = true;

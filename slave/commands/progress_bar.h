@@ -34,7 +34,7 @@ class ProgressBar final : public Progress {
 
   // Prints the expected cost, unless it is too small to matter.
   void Expect(const PrecomputeCost& cost) override;
-  // False once the stop was requested.
+  // Returns false after a stop was requested.
   bool Report(std::string_view stage, double done) override;
   // Removes the bar, so that other text can be printed; the next report draws it again.
   void Clear();
@@ -47,7 +47,7 @@ class ProgressBar final : public Progress {
   std::stop_token stop_;
   Output output_;
   double started_ = 0;  // [s]
-  bool long_ = false;   // long work is expected, or has turned out to be
+  bool long_ = false;   // the work is expected to take long, or takes long
   std::string stage_;
   double stage_started_ = 0;  // [s]
   double drawn_at_ = 0;       // [s]

@@ -29,7 +29,7 @@ std::string BytesOf(const std::filesystem::path& file) {
   return std::move(bytes).str();
 }
 
-// Kind of this machine's processor, on which times depend.
+// Returns the processor model of this machine, on which times depend.
 std::string Processor() {
   std::ifstream info("/proc/cpuinfo");
   for (std::string line; std::getline(info, line);) {
@@ -45,7 +45,8 @@ std::filesystem::path ShapeFileOf(const Geometry& geometry) {
   return {};
 }
 
-// The file of the decision, by everything that it follows from; empty: nothing is kept.
+// Returns the file of the decision, named by a hash of all its inputs; empty: decisions are not
+// stored.
 std::filesystem::path FileOf(const Scene& scene, const std::vector<std::string>& overrides,
                              SceneUse use) {
   const auto folder = CacheFolder();
@@ -63,7 +64,7 @@ std::filesystem::path FileOf(const Scene& scene, const std::vector<std::string>&
   return folder / Formatted("auto-%016llx.json", static_cast<unsigned long long>(hash.value()));
 }
 
-// A folder that cannot be written keeps nothing and harms nobody.
+// If the folder cannot be written, nothing is stored and no error is reported.
 void Keep(const Scene& decided, const std::filesystem::path& file) {
   if (file.empty()) return;
   std::error_code ignored;
@@ -109,7 +110,7 @@ Scene LoadRunningScene(const std::filesystem::path& file, const std::vector<std:
   Scene scene = LoadScene(file, overrides, use);
   LogRemarks(scene);
   if (scene.model.kind != "auto" || !study::CanStudy(scene) || !EstimatesForce(scene)) return scene;
-  // `solve` answers for the model as it is, a session as its sensing uses it.
+  // `solve` uses the model unchanged, a session as its sensing uses it.
   SenseOptions sense = scene.sense;
   if (use == SceneUse::kSolve) scene.sense = {};
   Decide(FileOf(scene, overrides, use), stop, &scene);

@@ -16,7 +16,7 @@ namespace palpate {
 std::string SceneSummary(const Scene& scene, const study::PressSpec& press,
                          DeformationModel* model);
 // Creates the model itself. The force is omitted for volumes and for `extruded`, whose models take
-// long to create; the remarks of a sense state that of the latter.
+// long to create; the remarks of the sensing state the force of `extruded`.
 std::string SceneSummary(const Scene& scene);
 
 }  // namespace palpate

@@ -1,5 +1,5 @@
 // palpate-tools: the commands of palpate-slave that no session needs. `palpate-slave COMMAND`
-// becomes it, with the command as its name.
+// executes this program with the command as its name.
 #include <cstdio>
 #include <string_view>
 

@@ -13,12 +13,11 @@ namespace {
 
 constexpr int kLeafSize = 2;
 constexpr int kWatchedNeighbours = 4;  // on each side
-constexpr double kRounding = 1e-12;    // relative to the sizes at hand
+constexpr double kRounding = 1e-12;    // relative to the sizes involved
 constexpr int kMaxSteps = 100;         // of the search for the first touch of a round end
 constexpr double kTouches = 1e-6;      // distance that ends it, in radii
 constexpr double kStartSlack = 1e-9;   // of the path: a start on the boundary, to rounding
-// Farther away than this many times the body's reach there is no tool, and squares of squares would
-// leave the numbers.
+// Largest distance of a tool in body sizes; beyond it fourth powers would overflow.
 constexpr double kMaxDistance = 1e9;
 
 Eigen::Vector2d Turned(const Eigen::Vector2d& axis) {
@@ -136,9 +135,10 @@ std::optional<ElementPlace> ObbTree::FirstEntry(const Eigen::Vector2d& from,
   const auto visit = [&](int index) {
     const Element& e = At(index);
     const double side_a = side(e.a), side_b = side(e.b);
-    if (!(side_a >= 0 && side_b < 0)) return;  // inwards is across the element from left to right
-    // Through the node a: at a convex corner the path enters only if it does so through both
-    // elements there, else it just touches the tip of the corner.
+    // Inwards means crossing the element from left to right.
+    if (!(side_a >= 0 && side_b < 0)) return;
+    // The path goes through the node a: at a convex corner it enters only if it enters through both
+    // elements there, else it only touches the corner.
     const Element& before = At(e.previous);
     const bool is_convex = Cross(before.b - before.a, e.b - e.a) > 0;
     if (side_a == 0 && is_convex && Cross(path, before.b - before.a) >= 0) return;
@@ -174,8 +174,8 @@ ObbTree::Candidate ObbTree::Project(int element, const Eigen::Vector2d& p) const
   return {{element, s, q}, (p - q).squaredNorm(), (p - q).dot(e.normal)};
 }
 
-// Ties go to the higher or deeper, then to the element that begins there, then by place: never by
-// number.
+// Ties are resolved by the height or depth, then by the element that begins there, then by
+// position, but never by number.
 bool ObbTree::IsNearer(const Candidate& one, const Candidate& other) const noexcept {
   if (one.distance_squared != other.distance_squared) {
     return one.distance_squared < other.distance_squared;
@@ -214,8 +214,8 @@ Eigen::Vector2d BoundaryContact::NormalTo(const Eigen::Vector2d& centre,
   return radius_ > 0 && is_outside ? way.normalized() : tree_.normal(at.element);
 }
 
-// Way of a round end along `path` until it touches, in parts of it: step by step as far as it
-// surely touches nothing. nullopt: it touches nothing.
+// Returns the fraction of `path` after which a round end touches; nullopt: it does not. It advances
+// by steps that are certainly free of contact.
 std::optional<double> BoundaryContact::WayToTouch(const Eigen::Vector2d& from,
                                                   const Eigen::Vector2d& path) const noexcept {
   double gone = 0;
@@ -229,7 +229,7 @@ std::optional<double> BoundaryContact::WayToTouch(const Eigen::Vector2d& from,
   return std::nullopt;
 }
 
-// The tool would touch at `at` when it is at `tool`; it has gone on to `to`.
+// Begins a contact at `at` with the tool at `tool`; the tool is now at `to`.
 void BoundaryContact::Touch(const ElementPlace& at, const Eigen::Vector2d& tool,
                             const Eigen::Vector2d& to) noexcept {
   place_ = {at.element, at.s, at.p_O, NormalTo(tool, at), 0};
@@ -237,7 +237,7 @@ void BoundaryContact::Touch(const ElementPlace& at, const Eigen::Vector2d& tool,
   in_contact_ = place_.gap < 0;
 }
 
-// Out of contact so far, on the way from `from` to `to`.
+// Called while out of contact, for a motion from `from` to `to`.
 void BoundaryContact::Approach(const Eigen::Vector2d& from, const Eigen::Vector2d& to) noexcept {
   in_contact_ = false;
   if (radius_ == 0) {
@@ -246,7 +246,7 @@ void BoundaryContact::Approach(const Eigen::Vector2d& from, const Eigen::Vector2
     const Eigen::Vector2d centre = from + *way * (to - from);
     Touch(tree_.Nearest(centre, place_.element), centre, to);
   }
-  // Without an entry: inside all the same, by rounding or from start.
+  // No entry was found, but the tool is inside, by rounding or from the start.
   if (!in_contact_) Touch(tree_.Nearest(to, place_.element), to, to);
 }
 
@@ -265,7 +265,7 @@ const BoundaryPlace& BoundaryContact::Move(const Eigen::Vector2d& p_O) noexcept 
     place_.gap = gap;
     return place_;
   }
-  // Out through the plane: the rest of the way may already lead in elsewhere.
+  // The tool has left through the plane; the rest of the path may enter at another position.
   const Eigen::Vector2d left_at = from + place_.gap / (place_.gap - gap) * (p_O - from);
   Approach(left_at, p_O);
   return place_;

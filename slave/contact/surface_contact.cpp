@@ -19,15 +19,16 @@ using Eigen::Vector3d;
 using Corners = std::array<Vector3d, 3>;
 
 constexpr int kLeafSize = 4;
-constexpr double kRounding = 1e-13;  // of the coordinates at hand
-constexpr double kFlat = 1e-12;      // height of a degenerate triangle by its longest edge
+constexpr double kRounding = 1e-13;  // relative to the coordinates involved
+constexpr double kFlat = 1e-12;      // height of a degenerate triangle relative to its longest edge
 
 double AngleAt(const Vector3d& corner, const Vector3d& a, const Vector3d& b) {
   const Vector3d u = a - corner, v = b - corner;
   return std::atan2(u.cross(v).norm(), u.dot(v));
 }
 
-// The sub-triangles' areas by the sign of their normal along `normal`, over the whole.
+// Returns the barycentric weights: areas of the sub-triangles, with the sign of their normal along
+// `normal`, divided by the whole area.
 Vector3d SignedWeights(const Vector3d& p, const Corners& abc, const Vector3d& normal) noexcept {
   const Vector3d a = abc[0] - p, b = abc[1] - p, c = abc[2] - p;
   return Vector3d(normal.dot(b.cross(c)), normal.dot(c.cross(a)), normal.dot(a.cross(b))) /
@@ -54,7 +55,7 @@ TrianglePlace OnEdge(const Vector3d& p, const Corners& abc, int from, bool is_fo
   return place;
 }
 
-// Twice the area times the normal; zero where the triangle is thinner than rounding.
+// Returns twice the area times the normal; zero if the triangle is thinner than rounding.
 Vector3d AreaNormal(const Corners& abc) noexcept {
   const Vector3d u = abc[1] - abc[0], v = abc[2] - abc[0];
   const Vector3d normal = u.cross(v);
@@ -82,10 +83,10 @@ TrianglePlace ClosestOnTriangle(const Vector3d& p, const Corners& abc,
   return face.distance_squared < best.distance_squared ? face : best;
 }
 
-// Boxes along the axes over the triangles. The side of a point follows from the normal of what it
-// is closest to: of a triangle, the sum of both of an edge, the sum of all round a node weighted
-// with their angles there (Baerentzen and Aanaes, IEEE Trans. Vis. Comput. Graph. 11 (2005)
-// 243-253).
+// Builds axis-aligned boxes over the triangles. The side of a point follows from the normal of the
+// nearest feature: that of a triangle, the sum of both normals at an edge, or the sum of all
+// normals around a node weighted with their angles (Baerentzen and Aanaes, IEEE Trans. Vis. Comput.
+// Graph. 11 (2005) 243-253).
 SurfaceContact::SurfaceContact(SurfaceMesh surface) : surface_(std::move(surface)) {
   CheckNodes();
   AddFaces();
@@ -185,8 +186,8 @@ SurfaceContact::Candidate SurfaceContact::Project(int face, const Vector3d& p) c
           std::abs((p - f.corners[0]).dot(f.normal))};
 }
 
-// Among equally near faces, which share an edge or a node, the one that the point lies farther in
-// front of or behind; then that which comes first in the mesh.
+// Among equally near faces, which share an edge or a node, prefers the one from whose plane the
+// point is farther; then the first one in the mesh.
 bool SurfaceContact::IsNearer(const Candidate& one, const Candidate& other) const noexcept {
   if (one.place.distance_squared != other.place.distance_squared) {
     return one.place.distance_squared < other.place.distance_squared;

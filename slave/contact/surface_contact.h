@@ -35,7 +35,7 @@ struct TouchedPlace {
   Eigen::Vector3d n_O{0, 0, 0};      // outward unit normal of its triangle
   Eigen::Vector3d weights{0, 0, 0};  // of the triangle's three nodes, each 0 to 1, sum 1
   double distance = 0;               // [m], >= 0
-  bool inside = false;               // the point lies behind the surface, not on it
+  bool inside = false;               // the point is behind the surface
 };
 
 // Finds the closest point of a closed surface. Has its own search tree; const members are
@@ -47,7 +47,8 @@ class SurfaceContact {
   // has one, a node is missing or not finite.
   explicit SurfaceContact(SurfaceMesh surface);
 
-  // nullopt: farther than `gate` [m] from the surface (paper B: 1 cm), or not finite.
+  // Returns nullopt if the point is farther than `gate` [m] from the surface (paper B: 1 cm), or
+  // not finite.
   [[nodiscard]] std::optional<TouchedPlace> Find(const Eigen::Vector3d& p_O,
                                                  double gate) const noexcept;
   [[nodiscard]] const SurfaceMesh& surface() const { return surface_; }
@@ -60,7 +61,7 @@ class SurfaceContact {
     Eigen::Vector3d normal{0, 0, 0};              // unit
     std::array<Eigen::Vector3d, 3> edge_normals;  // not unit
   };
-  struct Box {  // extents along the axes; leaves own faces, inner boxes two boxes
+  struct Box {  // axis-aligned bounds; a leaf contains triangles, an inner box contains two boxes
     Eigen::Vector3d lower, upper;
     int begin, end;  // range of faces
     int left = -1, right = -1;

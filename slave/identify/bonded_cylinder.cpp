@@ -47,8 +47,8 @@ VectorXd Places(double length) {
   return places;
 }
 
-// A cylinder of radius and half height, E = 1: radius along the first index, height along the
-// second.
+// A cylinder with E = 1. Nodes have two indices: the first along the radius, the second along the
+// half height.
 class HalfCylinder {
  public:
   HalfCylinder(double radius, double half_height, double nu)
@@ -58,7 +58,8 @@ class HalfCylinder {
     mixed_ = nu > 1e-6;
   }
 
-  // Force at a shortening of one half height by `half_height`, over area: modulus as it appears.
+  // Returns the apparent modulus: the force divided by the area, for a shortening equal to the half
+  // height.
   double Press() {
     std::vector<Eigen::Triplet<double>> entries;
     for (Index i = 0; i < kElements; ++i) {
@@ -148,8 +149,8 @@ class HalfCylinder {
     std::vector<char> held(Place(size()), 0);
     for (Index i = 0; i < kSide; ++i) {
       held[Place(2 * Node(0, i))] = 1;          // the axis
-      held[Place(2 * Node(i, 0) + 1)] = 1;      // the middle
-      held[Place(2 * Node(i, kSide - 1))] = 1;  // the end does not widen
+      held[Place(2 * Node(i, 0) + 1)] = 1;      // the centre
+      held[Place(2 * Node(i, kSide - 1))] = 1;  // no radial displacement at the bonded end
       held[Place(2 * Node(i, kSide - 1) + 1)] = 1;
     }
     std::vector<Eigen::Triplet<double>> picked;

@@ -8,11 +8,11 @@
 
 namespace palpate::identify {
 
-// The chord modulus: the slope of nominal stress over nominal strain, by a straight line through
-// the rows, between the strains of 10 and 20 % at which ISO 7743 states compression moduli of
-// rubber, or over what there is of a curve that ends before; over the factor by which bonded ends
-// stiffen the specimen at rest. Beyond the first per cents a specimen sits on its plates, and
-// before 20 % most soft solids are still nearly straight.
+// The chord modulus: slope of nominal stress over nominal strain, from a straight line through the
+// rows between 10 and 20 % strain, at which ISO 7743 states compression moduli of rubber; a shorter
+// curve is used as far as it goes. It is divided by the factor by which bonded ends stiffen the
+// specimen at rest. From a few per cent of strain on a specimen is seated on its plates, and up to
+// 20 % most soft solids are nearly linear.
 struct ChordModulus {
   double modulus = 0, sigma = 0;  // [Pa]; sigma by the scatter about the line
   double from = 0, to = 0;        // sizes of strain [-]

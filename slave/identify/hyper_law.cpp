@@ -18,7 +18,7 @@ using Eigen::VectorXd;
 constexpr int kStabilitySteps = 60;  // between rest and the ends of the range
 constexpr double kUnstable = -1e-6;  // of the work at rest
 
-// Kirchhoff's principal stresses, without pressure, over logarithmic strains.
+// Returns the principal Kirchhoff stresses without pressure, as a function of logarithmic strains.
 Vector3d Kirchhoff(const HyperLaw& law, const Vector3d& log_stretch) {
   const Vector3d stretches = log_stretch.array().exp();
   return stretches.cwiseProduct(law.Derivatives(stretches));

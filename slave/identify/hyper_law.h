@@ -1,4 +1,5 @@
-// Isotropic elastic energies of the principal stretches l1, l2, l3 that tests of a material decide.
+// Isotropic elastic energies of the principal stretches l1, l2, l3 that are fitted to tests of a
+// material.
 //
 //   W = sum over i of 2 G_i / a_i^2 (l1^a_i + l2^a_i + l3^a_i - 3)
 //       + c1 (I1 - 3) + c2 (I1 - 3)^2 + c3 (I1 - 3)^3
@@ -56,9 +57,9 @@ inline constexpr double kMinExponent = 1e-3, kMaxExponent = 40;
 // All that are offered, from the simplest on.
 const std::vector<LawFamily>& OfferedLaws();
 
-// The least second-order work of a small step from where the stretches are, over that of the law at
-// rest, along all principal steps that keep the volume: below zero the law is unstable there
-// (Drucker). By differences.
+// Returns the smallest second-order work of a small volume-preserving step from these stretches,
+// relative to that at rest: below zero the law is unstable there (Drucker). Computed by
+// differences.
 double MinStability(const HyperLaw& law, const Eigen::Vector3d& stretches);
 
 // Returns as text where a law first becomes unstable in uniaxial, equibiaxial or planar load

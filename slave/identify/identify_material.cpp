@@ -22,7 +22,7 @@ using identify::TableRequest;
 constexpr std::string_view kRelaxation = "relaxation", kPress = "press", kLoads = "loads",
                            kImages = "images";
 
-// KIND=FILE, KIND:RATIO=FILE, or FILE alone.
+// Parses KIND=FILE, KIND:RATIO=FILE, or FILE.
 TableRequest ParseData(const std::string& argument) {
   const std::size_t equals = argument.find('=');
   if (equals == std::string::npos) return {{}, argument, 0};
@@ -140,7 +140,7 @@ std::optional<Table> ReadOrLeaveOut(Table (*read)(const TableRequest&, const ide
   }
 }
 
-// The largest number of specimens that were tested the same way decides their spread.
+// The spread is that of the largest group of specimens that were tested in the same way.
 void FindSpread(IdentifyReport* report) {
   std::array<std::vector<double>, 2> moduli;
   for (const NamedChord& named : report->moduli) {
@@ -163,7 +163,7 @@ void IdentifyLaws(const Requests& requests, const identify::Specimen& specimen, 
       report->warnings.push_back(std::move(warning));
     }
     const auto chord = ChordModulusOf(test);
-    if (chord && chord->modulus > 2 * chord->sigma) {  // else its interval includes zero
+    if (chord && chord->modulus > 2 * chord->sigma) {  // otherwise its interval includes zero
       report->moduli.push_back({test.name, *chord, test.end_factor});
     }
   }
@@ -184,7 +184,8 @@ void IdentifyLaws(const Requests& requests, const identify::Specimen& specimen, 
 // The scene's modulus, a number with a unit, and the one that was found are of one material.
 void CompareWithScene(const Scene& scene, const std::string& name, double found,
                       const char* units) {
-  constexpr double kTimes = 30;  // of another unit: from kPa to psi 7, from Pa to kPa 1000
+  // Smallest factor that indicates another unit: kPa and psi differ by 7, Pa and kPa by 1000.
+  constexpr double kTimes = 30;
   const double scenes = scene.object.material.young_modulus;
   if (found < kTimes * scenes && scenes < kTimes * found) return;
   throw InputError(

@@ -29,7 +29,7 @@ struct IdentifyRequest {
   double width = 0;                    // press: width of rows without one [m]
 };
 
-// What the caller does with a scene.
+// Actions of the caller that need a scene.
 struct IdentifyActions {
   std::function<void(const Scene&)> remark;  // on its numbers; empty: nothing
   // The fit of `images=FILE`; empty: refused.

@@ -18,9 +18,10 @@ using identify::LawFit;
 using Json = nlohmann::ordered_json;
 
 constexpr double kWide = 1.96;
-constexpr double kPoorFit = 0.1;     // residual over the peak from which a fit is a warning [-]
-constexpr double kMinShare = 1e-12;  // of a term in a scene
-constexpr double kPoissonOfScene = 0.4999;  // what `model` solves with a pressure of its own
+// Residual relative to the peak above which a fit gives a warning [-].
+constexpr double kPoorFit = 0.1;
+constexpr double kMinShare = 1e-12;         // of a term in a scene
+constexpr double kPoissonOfScene = 0.4999;  // `model` solves this with a pressure unknown
 constexpr const char* kDefinition =
     "slope of nominal stress between 10 and 20 % strain, divided by the stiffening due to bonded "
     "ends";
@@ -85,10 +86,10 @@ Json ToJson(const LawFit& fit, const std::vector<double>& shares, const Identify
           {"scene", SceneLines(fit, report.specimen_sigma)}};
 }
 
-// Young's modulus of a Prony series, after the longest record and at the first instant.
+// Young's modulus of a Prony series after the longest record and at the beginning.
 struct Faded {
   double held = 0, at_once = 0;  // [Pa]
-  double half_width = 0;         // of `held`, 95 % [Pa]
+  double half_width = 0;         // half width of the 95 % interval of `held` [Pa]
   double record = 0;             // [s]
   std::string scene;
   std::string relaxing_scene;  // scene with the series; empty: the modulus fades to zero

@@ -19,8 +19,9 @@ struct ImageFit {
   double prestress = 0;  // prestress of the scene; for a dome proportional to the modulus [N/m]
   double offset = 0, sigma_offset = 0;  // of the measured forces [N]
   double rms = 0;                       // of the forces, over the largest [-]
-  int samples = 0, pressed = 0;         // with a force that is known and valid; not zero
-  int passes = 0;                       // number of passes through the images
+  // Number of samples with a known, valid force; number with a force other than zero.
+  int samples = 0, pressed = 0;
+  int passes = 0;  // number of passes through the images
 };
 
 struct NamedChord {
@@ -33,7 +34,8 @@ struct IdentifyReport {
   std::vector<identify::MaterialTest> tests;  // rows that were fitted
   double fitted_to = 0;                       // largest strain of these rows [-]; 0: all
   std::vector<std::string> warnings;          // of the tables, a sentence each
-  std::vector<std::string> readings;          // what each table was read as, for a person to check
+  // For each table how it was interpreted, for a person to check.
+  std::vector<std::string> readings;
   std::vector<NamedChord> moduli;
   std::vector<identify::LawFit> fits;       // the best first
   std::vector<std::vector<double>> shares;  // rms of each test over its peak, per fit
@@ -51,12 +53,13 @@ struct IdentifyReport {
 // unstable, or off at rest. `specimen_sigma`: as in the report.
 std::string SceneLines(const identify::LawFit& fit, double specimen_sigma);
 
-// "comp: read as a compression of up to 25 %, where the specimen bears 54 N, the weight of 5500 g.
-// If that is not so, a unit or a size is wrong"; of an unknown section the load of 10 mm x 10 mm.
+// Returns for example "comp: read as a compression of up to 25 %, where the specimen bears 54 N,
+// the weight of 5500 g. If that is not so, a unit or a size is wrong"; if the section is unknown,
+// the load is that of 10 mm x 10 mm.
 std::string ReadingOf(const identify::MaterialTest& test);
 
 std::string ToWords(const IdentifyReport& report);
-// As report.json has it.
+// Returns the content of report.json.
 std::string ToJson(const IdentifyReport& report);
 
 }  // namespace palpate

@@ -23,14 +23,16 @@ using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
-constexpr double kMinShare = 0.1;   // of the highest peak: a test's weight is bounded
-constexpr std::size_t kStarts = 4;  // of the grid's best that are refined
+constexpr double kMinShare = 0.1;   // of the highest peak; limits the weight of a test
+constexpr std::size_t kStarts = 4;  // number of best grid points that are refined
 constexpr int kMaxEvaluations = 200;
-constexpr double kWide = 1.96;         // sigmas of a 95 % interval
-constexpr double kEffectiveRows = 40;  // of one test: neighbours on a curve repeat each other
-constexpr Index kNeighbours = 10;      // of the rows of a test one tenth counts as neighbours,
-constexpr double kFewRows = 1.33;  // which widens bands: (2.26 / 1.96)^2 (Kiefer, Vogelsang 2005)
-constexpr double kFloor = 1e-4;    // of the peak: no data are better known
+constexpr double kWide = 1.96;  // sigmas of a 95 % interval
+// Effective number of rows per test, because neighbours on a curve are correlated.
+constexpr double kEffectiveRows = 40;
+constexpr Index kNeighbours = 10;  // a tenth of a test's rows count as neighbours,
+constexpr double kFewRows = 1.33;  // factor on variances: (2.26 / 1.96)^2 (Kiefer, Vogelsang 2005)
+// Smallest error relative to the peak, because no data are more accurate.
+constexpr double kFloor = 1e-4;
 // Difference of BIC that is no evidence [paper: Kass and Raftery 1995].
 constexpr double kSameBic = 2;
 
@@ -44,8 +46,8 @@ VectorXd Weights(const std::vector<MaterialTest>& tests) {
   return Eigen::Map<VectorXd>(weights.data(), static_cast<Index>(weights.size()));
 }
 
-// Least squares with the first `bounded` unknowns not negative: every set of those that are zero is
-// tried, of at most three.
+// Solves least squares with the first `bounded` (at most three) unknowns not negative, by trying
+// every set of zero unknowns.
 VectorXd SolveNonNegative(const MatrixXd& A, const VectorXd& b, Index bounded) {
   VectorXd best = VectorXd::Zero(A.cols());
   double least = b.squaredNorm();
@@ -80,7 +82,7 @@ class Projection {
   [[nodiscard]] VectorXd Bounded(const VectorXd& free) const {
     return free.unaryExpr([](double x) { return kMaxExponent * std::tanh(x / kMaxExponent); });
   }
-  // Nothing where the law overflows.
+  // Returns the moduli; nullopt: the law overflows.
   std::optional<VectorXd> Moduli(const VectorXd& shape, VectorXd* left) const {
     MatrixXd A(target_.size(), family_.moduli());
     for (Index i = 0; i < A.cols(); ++i) {
@@ -140,7 +142,8 @@ std::vector<VectorXd> Grid(const LawFamily& family) {
   return grid;
 }
 
-// The shape with the least misfit; allocation and time go with the grid.
+// Returns the shape parameters with the smallest misfit on a grid; memory and time are proportional
+// to its size.
 VectorXd BestShape(const LawFamily& family, const Projection& projection) {
   std::vector<std::pair<double, VectorXd>> starts;
   VectorXd left;
@@ -229,7 +232,8 @@ Inverse Invert(const MatrixXd& J, const VectorXd& scales) {
   return inverse;
 }
 
-// Meat of the sandwich: what neighbours along a curve have in common is counted.
+// Returns the middle factor of the sandwich estimate, with the correlation of neighbours along a
+// curve.
 MatrixXd Scores(const MatrixXd& J, const VectorXd& left, const std::vector<MaterialTest>& tests) {
   MatrixXd meat = MatrixXd::Zero(J.cols(), J.cols());
   Index at = 0;
@@ -267,7 +271,7 @@ double YoungSigma(const LawFit& fit) {
   return std::sqrt(std::max(0.0, slope.dot(fit.covariance * slope)));
 }
 
-// The modulus whose interval includes zero, of several the least sure.
+// Returns the modulus whose interval includes zero, the least certain one if there are several.
 std::optional<Index> SpansZero(const LawFit& fit) {
   std::optional<Index> found;
   double least = kWide;
@@ -279,8 +283,9 @@ std::optional<Index> SpansZero(const LawFit& fit) {
   return found;
 }
 
-// The fit of a family without what it does not need; nullopt: it then is a simpler one of the list,
-// or nothing. Yeoh's law without a higher power is none of those, unless only the first is left.
+// Fits a family without insignificant terms; nullopt: the result is a simpler law of the list, or
+// has no term. Yeoh's law without a higher power is not in the list, unless only the first term is
+// left.
 std::optional<LawFit> FitNeeded(LawFamily family, const std::vector<MaterialTest>& tests,
                                 std::vector<std::string>* dropped) {
   while (true) {
@@ -303,7 +308,7 @@ std::vector<MaterialTest> UpTo(const std::vector<MaterialTest>& tests, double st
   return cut;
 }
 
-// Up to `strain`, three rows at least.
+// Fits the rows up to `strain`, at least three.
 AtRest FindAtRest(const HyperLaw& law, const MaterialTest& test, double strain) {
   MaterialTest begin = test;
   std::erase_if(begin.rows, [&](const TestRow& row) { return LargestStrain(test, row) == 0; });
@@ -424,7 +429,7 @@ FitFromRest FitLawsFromRest(const std::vector<MaterialTest>& tests, bool may_lea
     if (!is_first && !has_rows) break;
     try {
       next.fits = FitLaws(next.tests, &next.dropped);
-    } catch (const std::runtime_error&) {  // noise alone
+    } catch (const std::runtime_error&) {  // only noise
       if (is_first) throw;
       break;
     }

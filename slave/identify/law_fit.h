@@ -1,9 +1,9 @@
 // A law's constants from tests, by least squares, with the quality of the fit and intervals.
 //
 // For given exponents the stresses are linear in the moduli, which are found exactly, none negative
-// (but Yeoh's higher ones); the exponents are sought by Levenberg and Marquardt's method (MINPACK
-// as Eigen has it: the problems are small and dense, and it brings no package) from the best of a
-// fixed grid, so that the same data give the same answer.
+// (but Yeoh's higher ones); the exponents are found by the Levenberg-Marquardt method (Eigen's
+// version of MINPACK, because the problems are small and dense) from the best of a fixed grid, so
+// that the same data give the same answer.
 #pragma once
 
 #include <algorithm>
@@ -35,13 +35,13 @@ struct LawFit {
   HyperLaw law;
   std::vector<std::string> names;  // of the constants
   Eigen::VectorXd values;          // moduli [Pa], exponents
-  // Sandwich estimate: correlated residuals, as of a wrong model, count as such (Newey and West
-  // 1987), so that the intervals are valid for the model and not only for the noise.
+  // Sandwich estimate (Newey and West 1987): it includes correlated residuals, as of a wrong model,
+  // so that the intervals cover model errors and not only noise.
   Eigen::MatrixXd covariance;
   // Sigma of the modulus at rest [Pa]: from the covariance, and from how far the law is off at
   // rest.
   double young_sigma = 0;
-  AtRest at_rest;  // where FitLawsFromRest fitted it
+  AtRest at_rest;  // set by FitLawsFromRest
   double rms = 0;  // of the residuals over the peak of all tests [-]
   double bic = 0;  // of Schwarz
   // Range of the instability, as text; empty: none within the data's stretches.
@@ -53,10 +53,10 @@ struct LawFit {
 LawFit FitLaw(const LawFamily& family, const std::vector<MaterialTest>& tests);
 
 // Fits the laws of OfferedLaws() that this number of rows can determine. Returns the best first:
-// stable ones before others, then by BIC; the simplest of those that BIC does not separate from the
-// least comes first. A modulus whose 95 % interval includes zero is dropped and the model fitted
-// without it. What is then a simpler model of the list is not repeated. `dropped`: model and
-// modulus of each, unless null.
+// stable laws before others, then by BIC; among laws whose BIC does not differ significantly from
+// the best the simplest is first. A modulus whose 95 % interval includes zero is dropped and the
+// model fitted without it. If this makes it equal to a simpler model of the list, it is not
+// repeated. `dropped`: model and modulus of each, unless null.
 std::vector<LawFit> FitLaws(const std::vector<MaterialTest>& tests,
                             std::vector<std::string>* dropped = nullptr);
 
@@ -67,8 +67,9 @@ double RelativeRms(const HyperLaw& law, const std::vector<MaterialTest>& tests,
 AtRest FindAtRest(const HyperLaw& law, const std::vector<MaterialTest>& tests);
 
 // FitLaws up to the largest strain with which the best law also holds at rest: a law that follows a
-// test to failure may miss its modulus at rest by a factor of two. All strains, then half of them,
-// and so on; if none will do, those with which the law is least off. `may_leave_out`: else all.
+// test to failure may miss its modulus at rest by a factor of two. Tries all strains, then half of
+// them, and so on; if none is sufficient, it uses the range with the smallest error.
+// `may_leave_out` false: uses all strains.
 struct FitFromRest {
   std::vector<MaterialTest> tests;  // rows that were fitted
   std::vector<LawFit> fits;

@@ -12,7 +12,7 @@ namespace {
 struct Magnitudes {
   double strain = 0, stretch = 1;  // largest
   double stress = 0;               // largest [Pa]
-  double modulus = 0;              // Young's, as one number of the whole curve [Pa]
+  double modulus = 0;              // Young's modulus of the whole curve [Pa]
   bool units_named = true;
 };
 

@@ -16,15 +16,15 @@ inline constexpr double kMinModulus = 10, kMaxModulus = 1e12;
 // names no unit must be of these.
 inline constexpr double kMinSoft = 1e3, kMaxSoft = 1e8;
 // Range of the modulus of most samples [Pa]: from liver and soft gels to rubbers of Shore A 80
-// [paper: moduli of tissues and elastomers in common tables]. Of others a remark asks for a look at
-// the unit.
+// [paper: moduli of tissues and elastomers in common tables]. Outside of it a remark suggests to
+// check the unit.
 inline constexpr double kMinUsual = 3e3, kMaxUsual = 1e7;
 // Nominal stress of soft solids [Pa]: the strength of the strongest elastomers, cast polyurethanes
 // [paper: data sheets, 40 to 60 MPa].
 inline constexpr double kStrength = 6e7;
-// Least largest strain of what is softer than 1 GPa: up to 1 % the seating of the ends is as large
-// as the strain [paper: ISO 7743 evaluates from 10 % on]. Largest strain of what is harder than
-// soft solids: it yields or breaks before.
+// Smallest accepted largest strain of solids below 1 GPa: up to 1 % the seating of the ends is as
+// large as the strain [paper: ISO 7743 evaluates from 10 % on]. Largest strain of solids harder
+// than soft ones, which yield or break before.
 inline constexpr double kMinStrain = 0.01, kStiff = 1e9, kYieldStrain = 0.05;
 // Largest stretch without a remark: silicones reach 18 [-].
 inline constexpr double kLongStretch = 12;

@@ -32,7 +32,7 @@ struct MaterialTest {
   std::vector<TestRow> rows;
   std::vector<std::string> remarks;  // on its table, a sentence each
   double end_factor = 1;  // factor by which bonded ends stiffen the specimen, see bonded_cylinder.h
-  double area = 0;        // of the loaded section at rest [m^2]; 0: not known
+  double area = 0;        // area of the loaded section at rest [m^2]; 0: unknown
   bool units_named = true;  // of all columns that were used, by the header or an option
 
   [[nodiscard]] double Peak() const;  // largest size of a measured stress [Pa]

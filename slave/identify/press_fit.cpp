@@ -23,7 +23,7 @@ using Eigen::Vector3d;
 using Eigen::VectorXd;
 
 constexpr double kLowestPoisson = 0.0, kHighestPoisson = 0.499;
-constexpr int kGolden = 22;            // steps of the search for nu: 3e-5
+constexpr int kGolden = 22;            // steps of the golden-section search for nu; accuracy 3e-5
 constexpr double kPoissonStep = 5e-3;  // for the curvature of the misfit
 
 // A press at a point has no limit under refinement: its modulus is that of the mesh.
@@ -45,8 +45,8 @@ struct Press {
   std::vector<SolveRow> rows;
 };
 
-// The rows that `solve` reads under this scene's tool, with the answers that were measured.
-// `width`: of rows without one [m]; 0: the tool's. `remark`: on their places.
+// Reads the rows as `solve` does with this scene's tool, and their measured responses. `width`: of
+// rows without one [m]; 0: the tool's. `remark`: a remark on their positions.
 std::vector<Press> ReadPresses(const std::filesystem::path& file, const Scene& scene, double width,
                                Contact::Kind given, std::string* remark) {
   RowRules rules = RulesOf(scene);
@@ -122,7 +122,7 @@ std::optional<VectorXd> Answer(Scene scene, double nu, const std::vector<Press>&
 }
 
 struct Scale {
-  double factor = 0;  // of what is modelled
+  double factor = 0;  // factor on the modelled values
   double misfit = 0;  // squared [N^2], [m^2]
   double modelled_square = 0;
 };
@@ -162,9 +162,9 @@ void RequireStatic(const Scene& scene, const char* kind) {
   }
 }
 
-// The modulus whose forces fit best under a tension at rest, which is part of them and no part of
-// the modulus: Gauss-Newton, from the scene's. `by_modulus`: the change of the forces with it, at
-// the end [N/Pa].
+// Fits the modulus by Gauss-Newton for an object with tension at rest, whose part of the force is
+// independent of the modulus. Starts from the scene's modulus. `by_modulus`: final derivative of
+// the forces [N/Pa].
 VectorXd FitUnderTension(Scene scene, const std::vector<Press>& presses, const VectorXd& measured,
                          PressFit* fit, VectorXd* by_modulus, Progress* progress) {
   constexpr int kMaxSteps = 30;
@@ -191,7 +191,7 @@ VectorXd FitUnderTension(Scene scene, const std::vector<Press>& presses, const V
       "smaller tension");
 }
 
-// The scene's modulus, until the modelled displacements are as large as the measured ones.
+// Scales the scene's modulus until the modelled displacements are as large as the measured ones.
 VectorXd ScaleToLoads(Scene scene, const std::vector<Press>& presses, const VectorXd& measured,
                       const std::filesystem::path& file, PressFit* fit, Progress* progress) {
   constexpr int kMaxSteps = 30;
@@ -200,7 +200,7 @@ VectorXd ScaleToLoads(Scene scene, const std::vector<Press>& presses, const Vect
   for (int i = 0; i < kMaxSteps; ++i) {
     auto modelled = Answer(scene, fit->poisson_ratio, presses, fit, progress);
     fit->young_modulus = E;
-    if (!modelled) {  // it gives way to its weight
+    if (!modelled) {  // the weight deforms the body
       E *= kStiffer;
       continue;
     }

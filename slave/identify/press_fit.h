@@ -20,11 +20,12 @@ struct PressFit {
   bool sought_poisson = false;
   double sigma_poisson = 0;  // [-]
   double rms = 0;            // of the forces or displacements, over the largest [-]
-  std::vector<std::pair<std::string, double>> alone{};  // per load: modulus from it alone [Pa]
-  int presses = 0;                                      // presses or loads that were fitted
-  int extrapolated = 0;                                 // cases beyond the model's range
-  std::string kind;                                     // of the model
-  std::string remark;                                   // on places off the surface; may be empty
+  // For each load its name and the modulus from this load only [Pa].
+  std::vector<std::pair<std::string, double>> alone{};
+  int presses = 0;       // presses or loads that were fitted
+  int extrapolated = 0;  // cases beyond the model's range
+  std::string kind;      // of the model
+  std::string remark;    // on places off the surface; may be empty
 };
 
 // `file` is a table of contacts that `solve` reads, with the measured forces fx, fy, fz, or one
@@ -37,8 +38,8 @@ PressFit FitPress(const Scene& scene, const std::filesystem::path& file, double 
 
 // From rows `case,x,y,z[,fx,fy,fz][,dx,dy,dz][,width]`: loads of the tool on the object [N], none
 // without a number, and measured displacements from the unloaded shape [m], each component where
-// there is a number. A point that bears no load has a row without one. Gravity is the scene's.
-// Throws as FitPress.
+// there is a number. A measured point without load has a row without a force. Gravity is the
+// scene's. Throws as FitPress.
 PressFit FitLoads(const Scene& scene, const std::filesystem::path& file, double width,
                   Progress* progress);
 

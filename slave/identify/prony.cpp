@@ -21,16 +21,17 @@ using Eigen::VectorXd;
 
 constexpr double kPerDecade = 2;
 constexpr int kMaxSweeps = 20'000;
-constexpr double kSettled = 1e-10;    // of the largest modulus, in a sweep
+constexpr double kSettled = 1e-10;    // change in one sweep relative to the largest modulus
 constexpr double kNegligible = 1e-3;  // of the sum: such a term is left out
 constexpr double kWide = 1.96;        // sigmas of a 95 % interval
-// A ramp takes 1 % of its record for 1 % of its strain [derived: steady rate]. Of the record [-].
+// Shares of the record [-]: a ramp takes 1 % of its record for 1 % of its strain [derived: steady
+// rate].
 constexpr double kStill = 0.01, kHold = 0.03;
-constexpr double kReturn = 0.1;   // of the range: a strain that returns [-]
+constexpr double kReturn = 0.1;   // part of the range by which a strain must return [-]
 constexpr double kOtherRate = 2;  // ratio of rates that differ [-]
 
-// Times two per decade. The first is the usual step of the densest record, the last short enough
-// for the record to separate it from what stays.
+// Returns two time constants per decade. The first is the usual step of the densest record, the
+// last short enough to be distinguished from the remaining stress.
 std::vector<double> Times(const std::vector<RelaxationTable>& tables) {
   double shortest = std::numeric_limits<double>::infinity(), longest = 0;
   for (const RelaxationTable& table : tables) {
@@ -68,7 +69,8 @@ VectorXd Branch(const RelaxationTable& table, double time) {
   return stress;
 }
 
-// Coordinate by coordinate: convex, so that it ends at the least squares with none negative.
+// Solves non-negative least squares by coordinate descent, which converges because the problem is
+// convex.
 VectorXd SolveNonNegative(const MatrixXd& H, const VectorXd& g) {
   VectorXd x = VectorXd::Zero(g.size());
   for (int sweep = 0; sweep < kMaxSweeps; ++sweep) {
@@ -84,7 +86,7 @@ VectorXd SolveNonNegative(const MatrixXd& H, const VectorXd& g) {
 }
 
 struct Regression {
-  MatrixXd A;  // last column: what stays
+  MatrixXd A;  // last column: the remaining stress
   VectorXd b;
 };
 
@@ -106,7 +108,7 @@ Regression Stack(const std::vector<RelaxationTable>& tables, const std::vector<d
   return all;
 }
 
-// Strain per second while it is strained: nine of ten steps are slower.
+// Returns the strain rate during straining: the 90th percentile of the steps.
 double RateOf(const RelaxationTable& table) {
   std::vector<double> rates;
   for (std::size_t i = 1; i < table.time.size(); ++i) {
@@ -165,7 +167,7 @@ Solution Solve(const MatrixXd& A, const VectorXd& b) {
   return solved;
 }
 
-// The branch whose interval includes zero, of several the least sure.
+// Returns the branch whose interval includes zero, the least certain one if there are several.
 std::optional<Index> SpansZero(const Solution& solved) {
   std::optional<Index> found;
   double least = kWide;

@@ -3,7 +3,7 @@
 //   stress(t) = integral of G(t - s) d strain / ds ds,   G(t) = G_inf + sum of G_i exp(-t / tau_i)
 //
 // The times are two per decade between the shortest step and the whole record; the moduli are found
-// by least squares, none negative. Those that carry nothing, and those whose 95 % interval includes
+// by least squares, none negative. Terms with zero modulus, and those whose 95 % interval includes
 // zero, are left out.
 #pragma once
 
@@ -23,7 +23,7 @@ struct PronyFit {
   double equilibrium = 0, sigma = 0;  // G_inf [Pa]: modulus at the end of the record
   std::vector<PronyTerm> terms;       // from the fastest on
   double instant = 0;                 // G_inf + sum of G_i [Pa]
-  double rms = 0;                     // over the peak [-]
+  double rms = 0;                     // relative to the peak [-]
   int dropped = 0;                    // terms whose interval includes zero
 
   [[nodiscard]] double At(double time) const;  // G(time) [Pa]

@@ -26,7 +26,8 @@ bool HasWord(const std::vector<std::string_view>& cells) {
   return cells.size() >= 2 && CountNumbers(cells) == 0;
 }
 
-// A row that begins with a number, or has two numbers below as many names, is no remark.
+// Returns whether this is a row of data: it begins with a number, or has two numbers below as many
+// names.
 bool IsRow(const std::vector<std::string_view>& cells, std::size_t columns) {
   const bool begins = cells.size() >= 2 && ParseFinite(cells.front()).has_value();
   return begins || (cells.size() == columns && CountNumbers(cells) >= 2);
@@ -48,10 +49,10 @@ bool IsRowOfUnits(const std::vector<std::string_view>& cells, std::size_t column
   return units > 0 && 2 * units >= words;
 }
 
-// Returns whether two columns of one name have the same numbers in SI, as one quantity in two units
-// has. Columns of specimens side by side differ.
+// Returns whether two columns with the same name have the same numbers in SI, that is, one quantity
+// in two units. Columns of different specimens differ.
 bool IsSame(const RawTable& table, std::size_t a, std::size_t b) {
-  constexpr double kRounding = 0.01;  // of the largest
+  constexpr double kRounding = 0.01;  // relative to the largest number
   const double of_a = table.columns[a].to_si.value_or(1), of_b = table.columns[b].to_si.value_or(1);
   double largest = 0, off = 0;
   for (const std::vector<double>& row : table.rows) {
@@ -131,7 +132,7 @@ double RawTable::ToSi(std::size_t column, Quantity quantity, double without) con
 double RawTable::At(std::size_t row, std::size_t column) const {
   const double value = rows[row][column];
   if (std::isfinite(value)) return value;
-  CsvLines text(file);  // once more: rows keep numbers only
+  CsvLines text(file);  // reads the file again, because rows contain only numbers
   while (text.Next() && text.number() < lines[row]) continue;
   const auto& cells = text.cells();
   const bool is_header = std::ranges::equal(cells, columns, {}, {}, &RawColumn::title);

@@ -11,7 +11,7 @@
 namespace palpate::identify {
 namespace {
 
-// Slope of the first stress over the strain of rows `from` to `to`, by least squares.
+// Returns the slope of the first stress over the strain of rows `from` to `to`, by least squares.
 double SlopeOf(const MaterialTest& test, std::size_t from, std::size_t to) {
   double x = 0, y = 0, xx = 0, xy = 0;
   for (std::size_t i = from; i < to; ++i) {
@@ -40,10 +40,11 @@ namespace {
 // Rows between two turning points of the strain.
 struct Leg {
   std::size_t from = 0, to = 0;  // rows [from, to)
-  bool is_loading = true;        // the size of the strain grows
+  bool is_loading = true;        // whether the magnitude of the strain grows
 };
 
-// A strain that turns by less than this share of the largest is noise of one leg.
+// Splits the test at turning points. Reversals smaller than this fraction of the largest strain are
+// noise.
 std::vector<Leg> LegsOf(const MaterialTest& test) {
   constexpr double kTurn = 0.1;
   const double turn = kTurn * LargestStrain(test);
@@ -51,7 +52,7 @@ std::vector<Leg> LegsOf(const MaterialTest& test) {
   const auto size = [&](std::size_t i) { return std::abs(StrainOf(test, test.rows[i]) - begin); };
   std::vector<Leg> legs;
   std::size_t from = 0, extreme = 0;
-  int way = 0;  // 1: growing, -1: falling, 0: not known
+  int way = 0;  // direction of the strain: 1: growing, -1: falling, 0: unknown
   for (std::size_t i = 1; i < test.rows.size(); ++i) {
     const double since = size(i) - size(extreme);
     if (way == 0 && std::abs(since) > turn) way = since > 0 ? 1 : -1;
@@ -84,7 +85,7 @@ double StressAt(const MaterialTest& test, const Leg& leg, double strain) {
   return x1 > x0 ? y0 + (strain - x0) / (x1 - x0) * (y1 - y0) : y0;
 }
 
-// Mean distance of two legs over the strains of both, by the largest stress.
+// Returns the mean distance of two legs over their common strains, relative to the largest stress.
 double DistanceOf(const MaterialTest& test, const Leg& a, const Leg& b) {
   constexpr int kPlaces = 21;
   const auto range = [&](const Leg& leg) {
@@ -110,7 +111,8 @@ double DistanceOf(const MaterialTest& test, const Leg& a, const Leg& b) {
 }  // namespace
 
 void KeepFirstLoading(MaterialTest* test) {
-  constexpr double kDiffer = 0.03;  // mean distance by the largest stress
+  // Mean distance relative to the largest stress that is a difference.
+  constexpr double kDiffer = 0.03;
   const std::vector<Leg> legs = LegsOf(*test);
   const auto first = std::ranges::find_if(legs, &Leg::is_loading);
   if (legs.size() < 2 || first == legs.end() || first->to - first->from < kMinTestRows) return;
@@ -143,9 +145,11 @@ void TakeOffTravel(MaterialTest* test) {
   constexpr double kBeginning = 0.1;     // part of the range of strains that counts as first rows
   constexpr std::size_t kMinCount = 3;   // first rows
   constexpr double kNegligible = 0.005;  // of the largest strain
-  constexpr double kUnloaded = 0.25;     // part of the travel's load below which there is none
-  constexpr double kBoth = 4;            // times it: the load has an offset, too
-  constexpr double kMinRatio = 0.6, kMaxRatio = 1.6;  // times it: a row of the curve
+  // Part of the expected load at this displacement below which there is no load.
+  constexpr double kUnloaded = 0.25;
+  constexpr double kBoth = 4;  // multiple of it above which the load has an offset, too
+  // Multiples of it within which a row belongs to the curve.
+  constexpr double kMinRatio = 0.6, kMaxRatio = 1.6;
   std::vector<TestRow>& rows = test->rows;
   if (rows.size() < kMinCount + kMinTestRows || !(test->Peak() > 0)) return;
   const double begin = StrainOf(*test, rows.front()), largest = LargestStrain(*test);
@@ -170,7 +174,7 @@ void TakeOffTravel(MaterialTest* test) {
         Formatted(": the first row has %.3g %% strain without a load: an offset of the "
                   "travel, which is taken off",
                   100 * std::abs(offset)));
-  } else if (share > kBoth) {  // the load is taken off by TakeOffBeginning
+  } else if (share > kBoth) {  // TakeOffBeginning subtracts the load
     for (TestRow& row : rows) row.abscissa -= begin;
     test->remarks.push_back(test->name +
                             Formatted(": the first row has %.3g %% strain and a load of another "
@@ -188,9 +192,10 @@ void TakeOffTravel(MaterialTest* test) {
 void TakeOffBeginning(MaterialTest* test) {
   constexpr double kContact = 0.01;     // of the largest load: more is loaded
   constexpr std::size_t kMinCount = 3;  // rows of slack
-  constexpr double kFlat = 0.05;        // of the slope behind contact: slack is flatter
-  constexpr double kMaxAtRest = 0.5;    // of the largest load: more is no beginning
-  constexpr double kConcave = 4;        // initial over mean slope of rubber, at most
+  constexpr double kFlat = 0.05;  // relative to the slope after contact; slack has a smaller slope
+  // Relative to the largest load; a larger load is not the beginning.
+  constexpr double kMaxAtRest = 0.5;
+  constexpr double kConcave = 4;  // initial over mean slope of rubber, at most
   std::vector<TestRow>& rows = test->rows;
   if (rows.size() < kMinCount + kMinTestRows) return;
   const auto stress = [&](std::size_t i) { return rows[i].measured.front(); };
@@ -229,7 +234,7 @@ void TakeOffBeginning(MaterialTest* test) {
 
 bool RemarkSoftBeginning(MaterialTest* test) {
   constexpr double kBeginning = 0.05;   // of the largest strain
-  constexpr double kSofter = 0.7;       // of the slope in the next rows
+  constexpr double kSofter = 0.7;       // relative to the slope of the next rows
   constexpr std::size_t kMinCount = 3;  // rows of a slope
   const double largest = LargestStrain(*test);
   const auto behind = std::ranges::find_if(test->rows, [&](const TestRow& row) {
@@ -250,7 +255,7 @@ bool RemarkSoftBeginning(MaterialTest* test) {
 
 void RemarkOppositeKind(MaterialTest* test) {
   constexpr double kMinBend = 0.08, kMaxBend = 0.4;  // strain: a smaller one shows no bend
-  // Stress E (e + bend e^2): bend is -1 of a neo-Hookean solid in tension and in compression (e <
+  // Stress E (e + bend e^2); for a neo-Hookean solid bend is -1 in tension and in compression (e <
   // 0).
   constexpr double kOpposite = 0.4;
   if (test->kind != TestKind::kUniaxial || LargestStrain(*test) < kMinBend) return;

@@ -19,13 +19,13 @@ double LargestStrain(const MaterialTest& test);
 // (softening), and adds a remark with the moduli of the others. Cycles that agree stay.
 void KeepFirstLoading(MaterialTest* test);
 
-// Takes off the travel of a first row that bears no load. Adds a remark, also where the first row
-// has a load that fits neither the travel nor a rest: then the modulus may be off.
+// Subtracts the travel of a first row without load. Adds a remark, also if the load of the first
+// row fits neither its travel nor a preload: then the modulus may be wrong.
 void TakeOffTravel(MaterialTest* test);
 
-// Takes off what comes before the specimen is loaded: an offset or preload of the load at rest, and
-// slack, that is rows over which the load does not change. Between its last row and the next ones
-// contact begins where the line through these meets the load at rest. Adds remarks.
+// Removes the part before the specimen is loaded: an offset or preload of the load, and slack,
+// which are rows over which the load does not change. Contact begins where the line through the
+// rows after the slack meets the initial load. Adds remarks.
 void TakeOffBeginning(MaterialTest* test);
 
 // Adds a remark if the test begins softer than it goes on, and returns whether. A toe looks like a

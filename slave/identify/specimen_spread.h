@@ -11,11 +11,12 @@ namespace palpate::identify {
 // data's own table states 2.6 to 5.8 %, for the softest 14 %].
 inline constexpr double kBetweenSpecimens = 0.0325;
 inline constexpr int kBetweenFreedom = 13;
-// Half width of a 95 % interval over its sigma: Student's t of 13 degrees of freedom.
+// Half width of a 95 % interval relative to its sigma: Student's t for 13 degrees of freedom.
 inline constexpr double kSpecimenWide = 2.16;
 
-// Relative standard deviation of another specimen's modulus about the mean of these. Their own
-// spread counts with its degrees of freedom beside the above; of one or none only the above.
+// Returns the relative standard deviation of another specimen's modulus about the mean of these.
+// Their spread is combined with the value above, weighted by its degrees of freedom; for one or no
+// specimen only the value above is used.
 double OtherSpecimenSigma(const std::vector<double>& moduli);
 
 }  // namespace palpate::identify

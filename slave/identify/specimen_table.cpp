@@ -267,7 +267,8 @@ void Finish(const RawTable& table, const Specimen& specimen, MaterialTest* test)
       BondedCylinderFactor(*specimen.diameter / *specimen.height, specimen.poisson_ratio);
 }
 
-// Largest distance of the curve from the straight line to its last row, by the largest stress.
+// Returns the largest distance of the curve from the straight line to its last row, relative to the
+// largest stress.
 double BowOf(const MaterialTest& test) {
   const TestRow& last = test.rows.back();
   const double slope = last.measured.front() / StrainOf(test, last);
@@ -278,8 +279,8 @@ double BowOf(const MaterialTest& test) {
   return bow / test.Peak();
 }
 
-// A strain beyond 100 % without a unit: of a rubber, whose curve bends, or a number of percent or
-// millimetres.
+// Checks a strain beyond 100 % without unit: it is that of a rubber with a curved stress-strain
+// curve, or a number of percent or millimetres.
 void CheckUnitOfStrain(const RawTable& table, const Abscissa& x, MaterialTest* test) {
   constexpr double kMaxStrain = 20, kStraight = 0.04;  // strain, bow
   const double largest = LargestStrain(*test);
@@ -301,7 +302,8 @@ void CheckUnitOfStrain(const RawTable& table, const Abscissa& x, MaterialTest* t
 
 // Strains that begin at 1 without a load are stretches.
 void RefuseStretchAsStrain(const RawTable& table, const Abscissa& x, const MaterialTest& test) {
-  constexpr double kNear = 0.05, kUnloaded = 0.05;  // of 1, of the largest stress
+  // Tolerance around 1; fraction of the largest stress.
+  constexpr double kNear = 0.05, kUnloaded = 0.05;
   const TestRow& first = test.rows.front();
   if (x.measure != Measure::kStrain || test.kind == TestKind::kShear) return;
   if (std::abs(StrainOf(test, first) - 1) > kNear) return;
@@ -313,10 +315,11 @@ void RefuseStretchAsStrain(const RawTable& table, const Abscissa& x, const Mater
                 Shown(table.columns[x.column].title).c_str(), StrainOf(test, first)));
 }
 
-// Load over stress is the loaded area, displacement over strain the height: those of the options,
-// or else of a specimen that is neither a foil nor a wire. A wrong unit contradicts that.
+// Load divided by stress must be the loaded area, and displacement divided by strain the height:
+// those of the options, or else plausible ones for a specimen. A wrong unit contradicts this.
 void CheckColumns(const RawTable& table, const Specimen& specimen) {
-  constexpr double kTimes = 3;                        // of machines with another specimen's sizes
+  // Accepted factor, since machines may use the dimensions of another specimen.
+  constexpr double kTimes = 3;
   constexpr double kFlattest = 20, kSlimmest = 0.01;  // width over height
   const auto force = table.Find({"force", "load", "f"});
   const auto stress = table.Find({"p11", "p", "stress", "engineering stress", "nominal stress"});
@@ -407,7 +410,7 @@ std::optional<std::size_t> SecondStress(const RawTable& table, const MaterialTes
   return any ? found : std::nullopt;
 }
 
-// Tests that were joined by rows have a clock that runs back.
+// If several tests were appended to each other, time decreases between them.
 void RemarkTime(const RawTable& table, MaterialTest* test) {
   const auto time = table.Find({"t", "time", "step time", "test time", "elapsed time"});
   if (!time) return;
@@ -479,7 +482,7 @@ MaterialTest ReadTest(const TableRequest& request, const Specimen& specimen) {
   return test;
 }
 
-// An instrument's relaxation modulus is E of a tension and G of a shear, a third of it.
+// An instrument's relaxation modulus is E in tension and G in shear, which is a third of E.
 void RequireKnownKind(const RawTable& table, std::size_t strain, bool shear) {
   const std::string& name = table.columns[strain].name;
   const bool is_named = shear || name.find("tens") != std::string::npos ||

@@ -17,11 +17,12 @@ struct Specimen {
   std::optional<double> area;         // of the loaded section at rest [m^2]
   std::optional<double> height;       // between the ends, or gauge length, at rest [m]
   std::optional<double> diameter;     // of a cylinder [m]
-  bool bonded = false;                // its ends cannot widen
-  double poisson_ratio = 0.5;         // for the ends' stiffening alone
+  bool bonded = false;                // the ends are bonded to the plates and cannot widen
+  double poisson_ratio = 0.5;         // used only for the stiffening by bonded ends
   std::optional<double> stress_unit;  // of columns that name none [Pa]; nullopt: SI
   std::string abscissa, ordinate;     // columns; empty: found by their names
-  double from = 0, to = 1e9;          // rows whose strain (or amount of shear) is between [-]
+  // Only rows with a strain (or amount of shear) between these are used [-].
+  double from = 0, to = 1e9;
 };
 
 struct TableRequest {

@@ -41,7 +41,7 @@ class CarriedModel {
     contact->stiffness = local_.normal.dot(local_.stiffness * local_.normal);
     if (!(depth > 0)) return;
     contact->force_by_now = (local_.force + local_.stiffness * below).norm();
-    // A small force may point anywhere.
+    // The direction of a small force is not reliable.
     const double estimated = contact->force ? contact->force->norm() : 0;
     if (estimated < contact->force_by_now) contact->outward = local_.normal;
   }

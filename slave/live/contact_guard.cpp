@@ -6,12 +6,14 @@
 namespace palpate {
 namespace {
 
-constexpr double kArrived = 0.005;  // of a retreat: what the arm goes in so long [s]
-// A retreat ends after so many times what it takes at full speed, and so long besides [s].
+// A retreat has ended within the distance that the arm travels in this time [s].
+constexpr double kArrived = 0.005;
+// A retreat ends after kRetreatTimes its duration at full speed plus kRetreatLonger [s].
 constexpr double kRetreatTimes = 2, kRetreatLonger = 1;
-// At a guard a hand trembles and drags: what the arm goes in so long is no press further [s].
+// At a guard motions within the distance that the arm travels in this time are tremor and no deeper
+// press [s].
 constexpr double kTremor = 0.02;
-constexpr double kFalls = 0.95;  // of the force at the guard: below, the guard ends
+constexpr double kFalls = 0.95;  // fraction of the force at the guard below which the guard ends
 // After the last motion of the tool, samples show its effect within this time; later ones are
 // waited for so long [s].
 constexpr double kSeenWithin = 0.3, kWaitedFor = 10;
@@ -58,8 +60,7 @@ void ContactGuard::BeginRetreat(Time now, const ContactState& contact) noexcept 
   retreat_until_ = now + Seconds(kRetreatTimes * takes + kRetreatLonger);
 }
 
-// An arm with a fault forgets its target; whoever drives it then may count from
-// elsewhere.
+// An arm with a fault loses its target, and its driver may then count from another origin.
 void ContactGuard::ContinueRetreat(Time now) noexcept {
   if (!retreat_) return;
   const bool is_same = manipulator_.frame() == retreat_frame_;
@@ -75,7 +76,7 @@ void ContactGuard::ContinueRetreat(Time now) noexcept {
 std::optional<Eigen::Vector3d> ContactGuard::Permitted(const Eigen::Vector3d& target,
                                                        Events* events) const noexcept {
   if (outward_) {
-    // Out and nowhere else: along a surface that is not as flat as it seems the way leads deeper.
+    // Moves only along the normal, because on a curved surface a lateral motion may lead deeper.
     const Eigen::Vector3d tip = manipulator_.Tip();
     const double out = (target - tip).dot(*outward_);
     if (-out > kTremor * limits_.max_speed) return std::nullopt;

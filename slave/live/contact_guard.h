@@ -1,4 +1,4 @@
-// The guards on force and depth: where a target may lie, and the way back to the surface.
+// The guards on force and depth: they limit targets and retract the tool to the surface.
 #pragma once
 
 #include <optional>
@@ -14,7 +14,7 @@ namespace palpate {
 // Targets end at this multiple of a guard.
 inline constexpr double kFloor = 1.05;
 
-// The present contact, as far as it is known. Frame S.
+// The present contact estimate. Frame S.
 struct ContactState {
   std::optional<Eigen::Vector3d> force;  // of the object on the tool [N]; nullopt: unknown
   double depth = 0;                      // of the tool in the object [m]
@@ -29,10 +29,9 @@ struct ContactState {
 };
 
 // Applies the guards. No target lies deeper than kFloor times a guard by the local model, so a late
-// check of the guards does not let the tool go deeper. Guards that retract move the tool back to
-// the surface, even if they are found to be reached after the disengagement. A fault of the arm
-// delays the retreat, and an arm that does not follow ends it. Positions are those of the encoders,
-// frame S.
+// check of the guards does not let the tool go deeper. If guards retract, they move the tool back
+// to the surface, even if the limit is detected after the disengagement. A fault of the arm delays
+// the retreat; an arm that does not follow ends it. Positions are those of the encoders, frame S.
 class ContactGuard {
  public:
   ContactGuard(Manipulator& manipulator, const ManipulatorOptions& limits)
@@ -41,7 +40,7 @@ class ContactGuard {
   // `follows`: the operator leads the tool. Continues a retreat. Returns whether the operator has
   // just led the tool beyond a guard.
   [[nodiscard]] bool Check(Time now, const ContactState& contact, bool follows) noexcept;
-  // Where guards retract, the tool is to go back to the surface: sends no command yet.
+  // Plans the retreat to the surface if the guards retract. Sends no command yet.
   void BeginRetreat(Time now, const ContactState& contact) noexcept;
   void ContinueRetreat(Time now) noexcept;
   void EndRetreat() noexcept { retreat_.reset(); }
@@ -62,7 +61,7 @@ class ContactGuard {
   const ManipulatorOptions& limits_;
   // Set when a guard is reached: targets move outwards only.
   std::optional<Eigen::Vector3d> outward_;
-  std::optional<Eigen::Hyperplane<double, 3>> floor_;  // below it lies no target
+  std::optional<Eigen::Hyperplane<double, 3>> floor_;  // no target may be below it
   std::optional<Eigen::Vector3d> retreat_;             // where the tool retracts to [m]
   std::uint32_t retreat_frame_ = 0;                    // of the manipulator at that position
   Time retreat_until_{};

@@ -60,7 +60,7 @@ class LatestEstimate {
   };
   const double stale_after_;          // [s]
   std::atomic<double> idle_wait_{0};  // [s]
-  // With priority inheritance: whoever requests the status is less urgent than the sensing.
+  // Inherits priority, because threads that request the status are less urgent than the sensing.
   mutable PriorityInheritanceMutex mutex_;  // guards the members below
   PriorityInheritanceCondition changed_;
   ContactEstimate estimate_;

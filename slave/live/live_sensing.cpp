@@ -56,7 +56,7 @@ void LiveSensing::Stop() {
 }
 
 void LiveSensing::Begin() {
-  // Streams begin when somebody feeds them.
+  // Streams begin with the first fed sample.
   const bool is_fed = parts_.sense.inbox() != nullptr || parts_.sense.image_inbox() != nullptr;
   if (!is_fed && !Step({})) {
     const SenseInfo& info = parts_.settings.sensing_info();

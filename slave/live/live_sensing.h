@@ -1,4 +1,4 @@
-// The sensing of a slave, sample by sample, and what it shares with callers.
+// Runs the sensing of a slave, sample by sample, and holds the data that it shares with callers.
 #pragma once
 
 #include <atomic>
@@ -75,7 +75,7 @@ class LiveSensing {
 
  private:
   void Run(const std::stop_token& stop);
-  // Logs what the sensing is. A caller that steps reads it by itself.
+  // Logs the description of the sensing. A caller that steps the slave reads it itself.
   void ReportIntroduction() const;
   void ReportExtrapolation();
   // Raises an alarm if `auto` chose the model for contacts that are less deep.

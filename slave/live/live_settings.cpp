@@ -44,7 +44,7 @@ std::unique_ptr<PreparedModel> LiveSettings::Prepare(const Scene& changed,
   return prepared;
 }
 
-// Under *sense_mutex_ and mutex_.
+// Call with *sense_mutex_ and mutex_ locked.
 void LiveSettings::Adopt(const Scene& changed, std::unique_ptr<PreparedModel> prepared) {
   if (prepared) info_.model = prepared->info();
   sense_->Adopt(std::move(prepared), changed);
@@ -76,7 +76,7 @@ void LiveSettings::SetParameters(const ParameterChange& change, Progress* progre
     prepared = Prepare(changed, progress);
   }
   if (change.force_limit) changed.operator_options.force_limit = *change.force_limit;
-  // All or nothing: what may fail comes before the first change.
+  // Everything that may fail is done before the first change.
   const std::scoped_lock lock(*sense_mutex_, mutex_);
   RefuseUnlessFree();  // an operator may have engaged meanwhile
   if (change.position_scale || change.force_scale) {

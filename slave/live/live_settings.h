@@ -17,7 +17,7 @@
 namespace palpate {
 
 // The scene with the parameters in force, and the description of the sensing. Settings change only
-// while nobody follows and nothing is touched. Thread-safe.
+// while the operator is disengaged and there is no contact. Thread-safe.
 class LiveSettings {
  public:
   // All must outlive this object. `sense_mutex` guards the sensing.
@@ -41,7 +41,7 @@ class LiveSettings {
   // See Slave.
   void SetModel(const ModelChange& change, Progress* progress);
   void SetParameters(const ParameterChange& change, Progress* progress);
-  // Throws std::logic_error unless nobody follows and nothing is touched.
+  // Throws std::logic_error if the operator is engaged or there is contact.
   void RefuseUnlessFree() const;
 
  private:

@@ -14,7 +14,7 @@
 namespace palpate {
 namespace {
 
-// Whether the samples show the tool that the manipulator carries: recorded ones show that of then.
+// Returns whether the samples show the manipulator's present tool, unlike recorded samples.
 bool ShowsTool(SensingPipeline& sense, const Manipulator& manipulator) {
   const bool is_observed = sense.health().has_value() || sense.inbox() != nullptr;
   return manipulator.carries_tool() && (is_observed || manipulator.comes_with_samples());
@@ -47,7 +47,7 @@ LiveSlave::LiveSlave(const Scene& scene, std::unique_ptr<Manipulator> manipulato
   sensing_.Start();
 }
 
-// The others use what the sensing thread updates, and it calls them.
+// The sensing thread ends first, because it calls the other parts and they use its results.
 LiveSlave::~LiveSlave() {
   sensing_.Stop();
 }
@@ -66,7 +66,7 @@ ContactEstimate LiveSlave::Estimate() {
 
 bool LiveSlave::Command(const OperatorCommand& command) noexcept {
   OperatorCommand accepted = command;
-  // An operator with the settings of before would move the tool elsewhere than meant.
+  // An operator with old settings would move the tool to a wrong position.
   const std::uint32_t known = command.settings_revision;
   if (known != 0 && known != settings_.revision()) accepted.engaged = false;
   return port_.Command(accepted, Clock::now());

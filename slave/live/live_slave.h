@@ -31,9 +31,9 @@ namespace palpate {
 // Threads: one senses, one moves the tool, one watches the operator. `sense_mutex_` guards the data
 // that the first one shares with callers, except the latest estimate.
 //
-// Made on a driven clock, it has none of these threads: its driver feeds samples and reports of the
-// manipulator in the order of their times, and calls Step after each sample. Then equal samples and
-// calls give equal digits.
+// With a driven clock it has none of these threads: the caller feeds samples and reports of the
+// manipulator in the order of their times, and calls Step after each sample. Then the results are
+// reproducible to the last digit.
 class LiveSlave final : public Slave {
  public:
   // Estimates the first sample, if one is available, and starts. Throws std::runtime_error: no
@@ -42,15 +42,16 @@ class LiveSlave final : public Slave {
             std::unique_ptr<SensingPipeline> sense);
   ~LiveSlave() override;
 
-  // For a driven clock: the next sample and what follows from it for observers and the operator.
-  // False: there is none. Throws std::runtime_error: the source breaks.
+  // For a driven clock: processes the next sample and publishes the result. False: there is none.
+  // Throws std::runtime_error: the source breaks.
   bool Step(const std::stop_token& stop);
-  // The two halves of a step: between them the driver plays what the manipulator read.
+  // The two halves of a step. Between them the caller plays the readings of the manipulator.
   bool Acquire(const std::stop_token& stop) { return sensing_.Acquire(stop); }
   ContactEstimate Estimate();
   // For a driven clock: watches the operator, as the slave's own thread does every 2 ms.
   void Watch() { watchdog_.Look(); }
-  // For the thread that steps: what reports of a run read beside the published estimates.
+  // For the thread that steps: the sensing, which reports of a run read in addition to the
+  // published estimates.
   [[nodiscard]] SensingPipeline& sense() { return *sense_; }
 
   void BeginOperating() override { port_.BeginOperating(); }
@@ -97,13 +98,13 @@ class LiveSlave final : public Slave {
   // From now on a client may set up another scene by `setup`, which outlives the slave. `camera`:
   // SlaveDescription::setup_camera. Before the slave is served.
   void OfferSetup(SceneSetup* setup, std::string camera);
-  // The slave takes the place of another one, which had settings of `former`: its own revision
-  // becomes a greater one. Before the slave is served.
+  // Continues the revisions of a former slave with the revision `former`: that of this slave
+  // becomes greater. Call before the slave is served.
   void ContinueRevisions(std::uint32_t former) { settings_.ContinueRevisions(former); }
 
  private:
   [[nodiscard]] ContactState ContactStateNow() const;
-  // Without a scene nothing is observed: it is to be set up.
+  // Without a scene the phase is that of a set-up.
   [[nodiscard]] Phase Shown(Phase phase) const {
     return !has_scene_ && phase == Phase::kObserving ? Phase::kSetup : phase;
   }
@@ -120,7 +121,7 @@ class LiveSlave final : public Slave {
   StopRecord stop_record_;
   StopControl stop_control_{port_, stop_record_};
 
-  // With priority inheritance: a request for a shape locks it for its duration, and sensing waits.
+  // Inherits priority, because a request for a shape holds it while the sensing waits.
   mutable PriorityInheritanceMutex sense_mutex_;
   LiveSettings settings_;
   LiveSensing sensing_;
@@ -142,7 +143,7 @@ std::unique_ptr<LiveSlave> MakeLiveSlave(Scene scene,
 // manipulator's readings at them.
 std::unique_ptr<LiveSlave> MakePlayedSlave(const Scene& scene, SamplePlayer& player,
                                            std::unique_ptr<PlayedManipulator> manipulator);
-// The slave of a set-up, which only shows images. `camera`: what `open` opens.
+// Creates the slave of a set-up, which only shows images. `camera`: the camera that `open` opens.
 std::unique_ptr<LiveSlave> MakePreviewSlave(const Camera& camera, const FrameOpener& open);
 
 }  // namespace palpate

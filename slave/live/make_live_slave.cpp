@@ -5,8 +5,8 @@
 namespace palpate {
 namespace {
 
-// One camera finds tip and outline in any image; fingertips and followed points need every
-// sample. A film plays on, and who records wants all of it.
+// Sensing with one camera can skip images while idle, because it locates tip and outline in any
+// image. Fingertips and tracked points need every sample, as do videos and recordings.
 bool MayIdle(const Scene& scene, const SensingPipeline& sense) {
   const bool is_one_camera = scene.sense.Find<CameraOptions>() && !scene.sense.Find<Tactile>() &&
                              !HasStereoOrDepth(scene.sense);

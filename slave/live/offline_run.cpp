@@ -68,8 +68,9 @@ nlohmann::ordered_json ToJson(const OfflineSummary& s, const Scene& scene) {
 
 // Puncture of a simulated target. Samples count from 1; 0: none.
 struct Insertion {
-  double closest = std::numeric_limits<double>::infinity();  // tip to target, once punctured [m]
-  std::uint64_t punctured = 0, detected = 0;                 // first sample
+  // Smallest distance from tip to target after the puncture [m].
+  double closest = std::numeric_limits<double>::infinity();
+  std::uint64_t punctured = 0, detected = 0;  // first sample
 
   void Add(std::uint64_t sample, const Truth& truth, const Eigen::Vector3d& p_S_target,
            const Events& events) {
@@ -160,7 +161,7 @@ class Run {
   }
 
  private:
-  // A sensing of streamed images begins with the first of them.
+  // Sensing of streamed images begins with the first image.
   void OpenReport() {
     if (offline_report_) return;
     offline_report_ = slave_->sense().OpenOfflineReport(simulation_.get());
@@ -170,7 +171,7 @@ class Run {
     if (options_.points) offline_report_->OpenPoints(options_.out / "points.csv");
   }
 
-  // False: no more samples.
+  // Returns false if there are no more samples.
   bool Step(const std::stop_token& stop) {
     capture_.BeginStep();
     if (simulation_) {

@@ -14,7 +14,7 @@
 namespace palpate {
 namespace {
 
-// No operator and no tool exceeds these limits: larger numbers come from a broken client.
+// Larger numbers are rejected, because they come from a faulty client.
 constexpr double kAbsurdPosition = 100;  // [m]
 constexpr double kAbsurdSpeed = 100;     // [m/s]
 
@@ -96,7 +96,8 @@ bool OperatorPort::Command(const OperatorCommand& command, Time now) noexcept {
   view_.echo = command.sent_at;
   view_.taken_at = now;
   if (view_.phase == Phase::kEstop) {
-    view_.epoch = std::max(view_.epoch, command.epoch);  // used up: after Reset a newer one engages
+    // This epoch is used: after Reset a newer one is needed to engage.
+    view_.epoch = std::max(view_.epoch, command.epoch);
     return true;
   }
   if (!command.engaged) {
@@ -105,7 +106,8 @@ bool OperatorPort::Command(const OperatorCommand& command, Time now) noexcept {
     return true;
   }
   if (manipulator_.is_faulty() || is_blind()) {
-    view_.epoch = std::max(view_.epoch, command.epoch);  // used up: a newer one engages
+    // This epoch is used: a newer one is needed to engage.
+    view_.epoch = std::max(view_.epoch, command.epoch);
     needs_new_epoch_ = true;
     if (view_.phase != Phase::kHold) HoldUntilEngaged(Event::kHold);
     return true;
@@ -155,7 +157,8 @@ void OperatorPort::Engage(const OperatorCommand& command) noexcept {
   transform_.begin.reset();
 }
 
-// The first command with a rotation is the reference of the engagement. It turns nothing.
+// The first command with a rotation is the reference of the engagement, so it does not rotate the
+// tool.
 void OperatorPort::Turn(const OperatorCommand& command) noexcept {
   if (!command.R_M_device) return;
   if (!transform_.begin) {

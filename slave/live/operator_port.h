@@ -28,7 +28,7 @@ inline constexpr double kMaxCommandGap = 0.220;  // [s]
 inline constexpr double kAcknowledgementTimeout = 0.100;  // [s]
 // A command may lead by the distance that the manipulator travels at full speed in this time [s].
 inline constexpr double kLeapTime = 0.2;
-// Speed ratio to the manipulator beyond which a command is rejected.
+// Largest accepted speed of a command, relative to the manipulator's.
 inline constexpr double kFastest = 2;
 
 struct CommandCounts {
@@ -41,9 +41,10 @@ struct CommandCounts {
 // constant, the registration offset `image_minus_encoders`, which the pipeline measures while the
 // tool is at rest. Targets are given in S.
 //
-// Whatever the command, the tool goes no farther than the arm goes in kLeapTime, is held while
-// the force has been unknown for `blind_after` or the arm has a fault, and goes no deeper beyond
-// the guards (ContactGuard). Its rotation follows relative to the engagement.
+// For every command the port limits the lead of the target to the distance that the arm travels in
+// kLeapTime. It holds the tool while the force has been unknown for `blind_after` or the arm has a
+// fault, and lets it go no deeper beyond the guards (ContactGuard). The rotation follows relative
+// to the engagement.
 class OperatorPort {
  public:
   // `dead_after`: silence of the operator after which the tool holds [s].
@@ -131,9 +132,9 @@ class CommandWatchdog {
   CommandWatchdog(OperatorPort& port, std::function<ContactState()> contact)
       : port_(port), contact_(std::move(contact)) {}
 
-  // Starts a thread that looks.
+  // Starts the watchdog thread.
   void Start();
-  // Watches, if it is due.
+  // Calls Watch of the port if it is due.
   void Look();
 
  private:

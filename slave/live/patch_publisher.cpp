@@ -9,16 +9,17 @@
 namespace palpate {
 namespace {
 
-constexpr double kLeaves = 0.5;    // of a patch's reach, where another is made
-constexpr double kSigmas = 2;      // of a force, that say nothing
+constexpr double kLeaves = 0.5;    // fraction of a patch's reach at which another one is made
+constexpr double kSigmas = 2;      // sigmas of a force below which it gives no information
 constexpr double kChanged = 0.01;  // change of a law's ratios that is published
-constexpr double kAstray = 0.01;   // of a patch's depth, that a surface is from where it is shown
+// Error of the shown surface position, relative to the patch's depth.
+constexpr double kAstray = 0.01;
 
 double SecondsOf(Time t) {
   return SecondsBetween(Time{}, t);
 }
 
-// Whether the force changes anywhere by more than this share.
+// Returns whether the force changes anywhere by more than this share.
 bool IsOther(const PatchLaw& law, const PatchLaw& published, double share) {
   for (std::size_t i = 0; i < law.ratios.size(); ++i) {
     if (std::abs(law.ratios[i] - published.ratios[i]) > share * published.ratios[i]) return true;
@@ -58,7 +59,7 @@ void PatchPublisher::Update(const ContactEstimate& estimate, std::uint32_t setti
   if (shown_.patch().known() && is_known) Compare(estimate, sense, now);
 }
 
-// Past the middle between where it was made and where it ends.
+// Returns whether the tip is past the midpoint between the patch's centre and its edge.
 bool PatchPublisher::IsLeft(const Eigen::Vector3d& p_S) const noexcept {
   const SurfacePatch& patch = shown_.patch();
   if (patch.vertices_per_cell == 1) return false;
@@ -107,9 +108,10 @@ void PatchPublisher::Compare(const ContactEstimate& estimate, SensingPipeline* s
       (shown - *estimate.force).norm() > options_.weber_fraction * force_size + unknown;
   const bool lets_go = pressed_ && !presses;
   pressed_ = pressed_ || presses;
-  // One force is not sure; what many of them taught may differ from what is shown by more.
+  // A single force is uncertain; a curve learnt from many may differ by more from the published
+  // one.
   const bool may_have_learnt = presses && !is_learnt_;
-  // Before the touch, too: where it begins depends on it.
+  // This also applies before contact, because the start of the contact depends on it.
   const Eigen::Vector3d astray = sense->motion().offset - shown_.ShiftAt(t, t);
   const bool moves = !is_learnt_ && astray.norm() > kAstray * shown_.patch().full_depth;
   if (!is_noticed && !lets_go && !may_have_learnt && !moves) return;
@@ -119,7 +121,7 @@ void PatchPublisher::Compare(const ContactEstimate& estimate, SensingPipeline* s
   if (is_learnt_) {
     auto plane = std::make_unique<SurfacePatch>(before);
     FillLaw(estimate, sense, plane.get(), &law);
-    // The compliance stays what was sent; the law takes up the difference, the offset the surface.
+    // The sent compliance is kept; curve and surface offset include the difference.
     const double scale = static_cast<double>(before.compliance(0, 0) / plane->compliance(0, 0));
     for (double& ratio : law.ratios) ratio *= scale;
     law.offset = (plane->vertices[0] - before.vertices[0]).cast<double>();

@@ -1,6 +1,6 @@
 // Publishes the surface patch: builds one at the tool, and sends a new force-depth curve when the
-// master's force would differ perceptibly from the estimate. What was learnt during a contact is
-// sent at its end, for the next one.
+// master's force would differ perceptibly from the estimate. A curve that was learnt during a
+// contact is sent at its end, for the next one.
 #pragma once
 
 #include <atomic>
@@ -50,7 +50,7 @@ class PatchPublisher {
   const Options options_;
   ForceLaw learnt_law_;
   std::atomic<Time> asked_at_{Time{}};
-  // The force that the master computes from what was sent.
+  // The contact as the master computes it from the sent patch and curve.
   PatchContact shown_;
   bool is_learnt_ = false;           // the patch is the plane of a learnt curve
   Eigen::Vector3d centre_{0, 0, 0};  // tip when the patch was made, on it [m]

@@ -25,7 +25,7 @@ struct SceneProposal {
 
 struct ProposalReport {
   std::vector<SceneMistake> mistakes;  // empty: the scene can be used, and the rest is set
-  std::string text;                    // what `check` prints
+  std::string text;                    // the output of `check`
   SlaveDescription description;
   struct Contact {
     double depth = 0, force = 0;  // [m], [N]

@@ -1,5 +1,5 @@
-// The drivers of a simulated scene: they send a slave on a driven clock what palpate-simulator
-// computes.
+// The drivers of a simulated scene: they send samples from palpate-simulator to a slave with a
+// driven clock.
 #pragma once
 
 #include <cstdint>

@@ -108,7 +108,7 @@ class Slave {
   // Clears the emergency stop number `stops`; without an active stop, reinitializes the tracking.
   // Throws std::logic_error too if another stop is active, which stays.
   virtual void Reset(std::uint64_t stops) = 0;
-  // With the next sample, tip, template and baseline are measured again. A stop stays.
+  // Measures tip, template and baseline again with the next sample. An emergency stop remains.
   virtual void ReinitializeTracking() = 0;
   // Stops the tool at once, without waiting.
   virtual void StopTool() noexcept = 0;
@@ -128,7 +128,7 @@ class Slave {
   // too many. Thread-safe.
   [[nodiscard]] virtual std::vector<SampleTrace> TracesSince(Time sensed_at) const = 0;
 
-  // The present local contact model: kept up to date while it is requested. Null: none.
+  // Returns the present local contact model. It is updated while it is requested. Null: none.
   virtual PatchSnapshot Patch() = 0;
 
   // Receiver of streamed tactile samples; null: none.

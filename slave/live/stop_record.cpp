@@ -34,7 +34,7 @@ std::chrono::system_clock::time_point WrittenAt(const std::filesystem::path& fil
                     std::chrono::file_clock::to_sys(at));
 }
 
-// The names in a folder reach the disk.
+// Writes the directory entries of a folder to the disk.
 bool SyncFolder(const std::filesystem::path& folder) {
   const int opened = open(folder.c_str(), O_RDONLY | O_CLOEXEC);
   if (opened < 0) return false;
@@ -42,7 +42,8 @@ bool SyncFolder(const std::filesystem::path& folder) {
   return close(opened) == 0 && done;
 }
 
-// The disk has it when this returns: who stops in an emergency may cut the power next.
+// Writes a file and waits until it is on the disk, because power may be cut after an emergency
+// stop.
 void KeepFile(const std::filesystem::path& file, const std::string& text) {
   const auto write = [&](std::FILE* out) {
     return std::fputs(text.c_str(), out) >= 0 && std::fflush(out) == 0 && fsync(fileno(out)) == 0;
@@ -71,7 +72,7 @@ bool StopRecord::KeepIn(const std::filesystem::path& folder) {
   }
   RequireWritable(file_);
   if (!std::filesystem::exists(kept)) {
-    KeepFile(file_, "to be kept\n");  // a disk that is full opens files all the same
+    KeepFile(file_, "to be kept\n");  // a file can be opened even if the disk is full
     std::filesystem::remove(file_);
     trying_ = std::jthread([this](const std::stop_token& stop) { KeepTrying(stop); });
     return false;
@@ -119,7 +120,7 @@ void StopRecord::KeepTrying(const std::stop_token& stop) {
       KeepFile(file_, Reason() + "\n");
       is_kept_ = true;
       spdlog::warn("the emergency stop is now saved: {}", file_.string());
-    } catch (const std::exception&) {  // it was reported, and is tried again
+    } catch (const std::exception&) {  // the error was reported, and writing is repeated
     }
   }
 }
@@ -128,7 +129,7 @@ void StopRecord::End() {
   const std::scoped_lock file_lock(file_mutex_);
   std::error_code error;
   if (!file_.empty()) std::filesystem::remove(file_, error);
-  // A disk that could not take the record has none to remove, and cannot remove it either.
+  // If the record could not be written, there is none to remove.
   if (error && std::filesystem::exists(std::filesystem::symlink_status(file_))) {
     throw std::filesystem::filesystem_error("the emergency stop stays", file_, error);
   }

@@ -1,11 +1,11 @@
-// No manipulator: a tool that somebody holds, or that another controller moves.
+// No manipulator: a person holds the tool, or another controller moves it.
 #pragma once
 
 #include "slave/manipulator/manipulator.h"
 
 namespace palpate {
 
-// Its tip stays at home and is compared with nothing.
+// Its tip stays at home. No check uses it.
 class AbsentManipulator final : public Manipulator {
  public:
   explicit AbsentManipulator(const ManipulatorOptions& options) : home_(options.home) {}

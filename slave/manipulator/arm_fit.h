@@ -57,10 +57,10 @@ class ArmFit {
 
  private:
   static constexpr double kAtRest = 1e-4;  // [m/s]
-  static constexpr double kEnough = 0.2;   // least share of the memory that is filled
-  static constexpr double kWay = 3e-4;     // least spread of the targets, rms [m]
+  static constexpr double kEnough = 0.2;   // smallest filled share of the memory
+  static constexpr double kWay = 3e-4;     // smallest rms spread of the targets [m]
   static constexpr double kDistinct =
-      0.05;  // least independence of position and velocity; a ramp alone has none
+      0.05;  // smallest independence of position and velocity; a single ramp has none
   static constexpr double kMinScale = 0.01;  // smallest scale for which the lag is determined
 
   double memory_ = 2;  // [s]

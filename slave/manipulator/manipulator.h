@@ -24,8 +24,9 @@ class Manipulator {
   Manipulator(const Manipulator&) = delete;
   Manipulator& operator=(const Manipulator&) = delete;
 
-  // Sets the target of the tip, S [m]. Thread-safe, the latest counts. Outside the workspace: the
-  // nearest point inside. Not finite: ignored, and false.
+  // Sets the target of the tip, S [m]. Thread-safe; the latest target is used. A target outside the
+  // workspace is replaced by the nearest point inside. Returns false and ignores a target that is
+  // not finite.
   virtual bool Command(const Eigen::Vector3d& p_S_target) noexcept = 0;
   // Stops at the present position. Thread-safe.
   virtual void Hold() noexcept = 0;
@@ -33,8 +34,8 @@ class Manipulator {
   virtual void Stop() noexcept { Hold(); }
   // Returns the tip position from the encoders, S [m]. Thread-safe.
   [[nodiscard]] virtual Eigen::Vector3d Tip() const noexcept = 0;
-  // Sets the target of the tool's rotation in S, while it follows a target of the tip. Thread-safe,
-  // the latest counts. Without an orientation: ignored.
+  // Sets the target of the tool's rotation in S, while it follows a target of the tip. Thread-safe;
+  // the latest target is used. Ignored without an orientation.
   virtual void Turn(const Eigen::Quaterniond& /*R_S_target*/) noexcept {}
   // The tool's rotation in S from the encoders; nullopt: it has none, or it is not measured.
   // Thread-safe.
@@ -51,7 +52,7 @@ class Manipulator {
   [[nodiscard]] virtual bool at_limit() const noexcept = 0;
   // Returns whether it moves a tool that images may show.
   [[nodiscard]] virtual bool carries_tool() const noexcept = 0;
-  // Whether its readings were taken with the samples, which may be recorded ones.
+  // Returns whether its readings belong to the samples, as in a recording.
   [[nodiscard]] virtual bool comes_with_samples() const noexcept { return false; }
 
   // The manipulator does not move the tool, or its position is unknown. It holds until a new

@@ -10,11 +10,12 @@ namespace palpate {
 namespace {
 
 constexpr double kMaxStep = 0.05;  // limits the leap after a pause of the slave [s]
-constexpr double kFastest = 3;     // of max_speed: what no report may show
-constexpr double kSlack = 0.01;    // of a report: what it goes in so long at max_speed [s]
+constexpr double kFastest = 3;     // largest accepted speed between reports, relative to max_speed
+// Tolerance of a report: the distance at max_speed in this time [s].
+constexpr double kSlack = 0.01;
 constexpr double kOutside = 0.02;  // of the workspace's diagonal: how far a tip may overshoot it
 constexpr double kSmoothing = 0.05;
-constexpr double kSettles = 0.05;  // so long after the last thing wrong a fault is over [s]
+constexpr double kSettles = 0.05;  // time after the last error at which a fault ends [s]
 constexpr const char* kNobody = "no driver of the manipulator is connected (DriveTool)";
 
 double Outside(const ManipulatorOptions& options, const Eigen::Vector3d& p_S) {
@@ -64,8 +65,8 @@ void StreamedManipulator::Stop() noexcept {
   motion_ = ArmAim::Motion::kStop;
 }
 
-// Sets the target once. An arm that gives way under load would creep if its present position were
-// the target again and again.
+// Sets the target once. An arm that yields under load would creep if its present position became
+// the target repeatedly.
 void StreamedManipulator::HoldPosition() noexcept {
   if (motion_ != ArmAim::Motion::kFollow) return;
   motion_ = ArmAim::Motion::kHold;
@@ -190,7 +191,7 @@ void StreamedManipulator::BeginWith(DriverId driver, const std::string& name) {
 
 void StreamedManipulator::Keep(const ArmReading& reading, Time measured_at) noexcept {
   const Kept* last = count_ > 0 ? &kept_[(count_ - 1) % kMaxKept] : nullptr;
-  // Times rise, even where the fastest report so far moves those after it back.
+  // Times must rise, even if a new fastest report changes the clock offset.
   const Time at = last ? std::max(measured_at, last->at + Clock::duration(1)) : measured_at;
   const double dt = last ? SecondsBetween(last->at, at) : 0;
   if (motion_ == ArmAim::Motion::kFollow) {
@@ -215,7 +216,7 @@ std::optional<DriverRefusal> StreamedManipulator::Take(DriverId driver, const st
                                                        const ArmReading& reading, Time arrived_at) {
   const std::lock_guard lock(mutex_);
   if (auto refusal = Rejects(driver, reading, arrived_at)) return refusal;
-  // However short, somebody shall have seen it.
+  // Reports even a short silence.
   if (IsSilent(arrived_at)) Fail(SilenceInWords(arrived_at), arrived_at);
   if (driver != driver_.id) BeginWith(driver, name);
   driver_.sequence = reading.sequence;
@@ -228,9 +229,9 @@ std::optional<DriverRefusal> StreamedManipulator::Take(DriverId driver, const st
     Fail(fault, arrived_at);
   } else if (!fault_.empty() && SecondsBetween(wrong_at_, arrived_at) > kSettles) {
     fault_.clear();
-    follower_.Place(reading.p_S_tip);  // it is held where it is now
+    follower_.Place(reading.p_S_tip);  // the arm is held at its present position
   }
-  if (!fault.empty() && reading.fault.empty()) return std::nullopt;  // it is rejected
+  if (!fault.empty() && reading.fault.empty()) return std::nullopt;  // the report is rejected
   Keep(reading, measured_at);
   return std::nullopt;
 }

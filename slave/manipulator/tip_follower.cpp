@@ -53,7 +53,7 @@ void TipFollower::Step(double dt) noexcept {
   const Eigen::Vector3d slope = velocity_ + w * offset;
   tip_ = reference_ + decay * (offset + dt * slope);
   velocity_ = decay * (slope - w * (offset + dt * slope));
-  // Rounding and the servo's run-out stay inside, too.
+  // The result stays inside in spite of rounding and of the servo's stopping distance.
   tip_ = tip_.cwiseMax(low_).cwiseMin(high_);
 }
 

@@ -20,8 +20,8 @@ class TipFollower {
   // max_speed not positive. A home outside the workspace is replaced by the nearest point inside.
   explicit TipFollower(const ManipulatorOptions& options);
 
-  // Sets the target. Outside the workspace: the nearest point inside. Not finite: ignored, and
-  // false.
+  // Sets the target. A target outside the workspace is replaced by the nearest point inside.
+  // Returns false and ignores a target that is not finite.
   bool Aim(const Eigen::Vector3d& p_S_target) noexcept;
   // Stops at the present position.
   void Hold() noexcept;

@@ -26,12 +26,12 @@ class ToolRotation {
     turns_ = true;
     target_ = target;
   }
-  // Holds `measured`. Without a Follow since the last Hold it stays as it is.
+  // Holds the rotation `measured`. Keeps the last one if there was no Follow since the last Hold.
   void Hold(const std::optional<Eigen::Quaterniond>& measured) noexcept {
     if (turns_ && measured) Place(*measured);
     turns_ = too_slow_ = false;
   }
-  // `dt` >= 0 [s] pass. It goes the shorter way.
+  // Advances by `dt` >= 0 [s], along the shorter rotation.
   void Step(double dt) noexcept {
     if (!turns_ || !rotation_) return;
     const double way = rotation_->angularDistance(target_), reach = max_speed_ * dt;

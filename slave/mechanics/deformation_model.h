@@ -29,9 +29,9 @@ struct Contact {
                      // there (rules: slave/solve/README.md)
   Eigen::Vector3d prescribed_O{
       0, 0, 0};  // displacement of the patch [m], or total force of the tool on the object [N]
-  // On plates, of a contact with a width: a rigid flat face, which is not glued and does not tilt,
-  // and whose displacement is the face's; else an even load, whose displacement is that of its
-  // centre.
+  // For a contact with a width on a plate: true for a rigid flat face, which is not glued and does
+  // not tilt, and whose displacement is prescribed; false for a uniform load, whose displacement is
+  // that of its centre.
   bool is_rigid = false;
   // If no contact of a set requests it, sets in which many contacts move together are solved
   // faster.
@@ -60,14 +60,14 @@ struct ContactResponse {
   // Moment of the force about the displaced centre of a contact with a width [N m]; nullopt: the
   // model or the mesh does not resolve how the force is distributed over the contact.
   std::optional<Eigen::Vector3d> moment_O{};
-  double moment_sigma = 0;  // one standard deviation of the moment, of the mesh alone [N m]
-  // Estimated error of the force [N], or of the displacement under a load [m], without the mesh's;
-  // 0: not estimated. Not a bound.
+  double moment_sigma = 0;  // standard deviation of the moment due to the mesh [N m]
+  // Estimated error of the force [N], or of the displacement under a load [m], without the error of
+  // the mesh; 0: not estimated. It is not a bound.
   double force_error = 0, displacement_error = 0;
   bool takes_width = false;  // of a disc as wide as the contact, though the mesh has none such
 };
 
-// Where a displacement field is known. Frame O.
+// The nodes and cells of a displacement field. Frame O.
 struct FieldMesh {
   std::vector<Eigen::Vector3d> vertices{};  // p_O at rest [m]
   // The elements, by indices of vertices: one of the following three.
@@ -80,7 +80,7 @@ inline double SecondsSince(std::chrono::steady_clock::time_point start) {
   return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
 }
 
-// Answer of a model to one set of contacts. Its room grows to the largest set; reuse it.
+// Answer of a model to one set of contacts. Its memory grows to the largest set, so reuse it.
 class Solution {
  public:
   // One per contact.
@@ -144,7 +144,8 @@ class DeformationModel {
   // Completes the precompute for contacts at these positions.
   virtual void Prefetch(std::span<const Contact> /*contacts*/) {}
 
-  // Why the last query failed, one clause; empty where it did not or where no more is known.
+  // Returns why the last query failed, as one clause; empty if it did not fail or the reason is
+  // unknown.
   [[nodiscard]] virtual std::string_view failure() const { return failure_; }
 
   [[nodiscard]] const ModelInfo& info() const { return info_; }
@@ -160,8 +161,8 @@ class DeformationModel {
   [[nodiscard]] virtual PlanarCover MakeCover() const { return {}; }
   virtual void ComputeInside(const std::vector<Eigen::Vector2d>& /*places*/,
                              std::vector<Eigen::Vector3d>* /*u_O*/) {}
-  // Contacts of a model in time, after ComputeResponses to `contacts`: those under which
-  // ComputeAtRest finds the displacements again. Others are asked their own contacts again.
+  // For models in time, after ComputeResponses to `contacts`: returns contacts under which
+  // ComputeAtRest reproduces the displacements. Other models return `contacts`.
   [[nodiscard]] virtual std::span<const Contact> ContactsAtRest(
       std::span<const Contact> contacts) const {
     return contacts;
@@ -180,7 +181,7 @@ class DeformationModel {
     failure_ = why;
     return false;
   }
-  // The time since the model's construction began, as what its precompute took.
+  // Stores the time since the start of the model's construction as its precompute time.
   void NotePrecompute() { info_.precompute_s = SecondsSince(started_); }
 
   static constexpr int kCoverPlaces = 300;  // of a planar body's cover, about
@@ -194,7 +195,7 @@ class DeformationModel {
  private:
   std::uint64_t queries_ = 0;                     // so far
   std::uint64_t shown_ = 0;                       // the one of the last ComputeResponses
-  std::vector<ContactResponse> shown_responses_;  // room
+  std::vector<ContactResponse> shown_responses_;  // scratch memory
   std::optional<PlanarCover> cover_;              // nullopt: not made yet
   std::chrono::steady_clock::time_point started_ = std::chrono::steady_clock::now();
 };

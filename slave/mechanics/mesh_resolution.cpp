@@ -20,38 +20,39 @@ using Eigen::Matrix3d;
 using Eigen::Vector3d;
 
 constexpr double kMaxOff = 0.1;
-constexpr int kMinPieces = 3;  // pieces that may stand for a disc with a rim
+constexpr int kMinPieces = 3;  // smallest number of pieces that represent a disc with a rim
 
 constexpr double kNoRim = 1e-6;
 
-// Pieces, by PatchBasis, from which PatchStiffness holds within a tenth; and what fewer may be off
-// [-]. [measured: moved discs of 1 to 4 edges at 5 places on cubes of 4 to 10 cells, against 16
-// cells of ten nodes; of ten nodes on a block of 60 x 60 x 30 mm, against one graded to the disc:
-// with up to 25 nodes they are up to 20 % too stiff, with more 7 %]
+// Number of pieces, by PatchBasis, from which PatchStiffness is accurate within a tenth; and the
+// error with fewer pieces [-]. [measured: moved discs of 1 to 4 edges at 5 places on cubes of 4 to
+// 10 cells, compared with 16 cells of ten-node elements; ten-node elements on a block of 60 x 60 x
+// 30 mm, compared with a mesh graded to the disc: with up to 25 nodes up to 20 % too stiff, with
+// more 7 %]
 constexpr std::array kReliable{6, 26, 3, 3};
 constexpr double kFewOff = 0.2;
 
-// c of PatchStiffness, by PatchBasis: what moves or loads less than it touches is softer, what
-// spreads its load over the elements around is stiffer.
+// c of PatchStiffness, by PatchBasis: a basis that moves or loads less than its area is softer, one
+// that spreads its load over the elements around is stiffer.
 constexpr std::array kRimEffect{-0.05, -0.25, 0.9, 0.3};
 
 constexpr double kMaxPoisson = 0.49;
-// Larger side by thickness above which a body bends [-]. [derived: 1.5 of a cube]
+// Ratio of larger side and thickness above which a body bends [-]. [derived: 1.5 of a cube]
 constexpr double kSlender = 2;
-// For bodies that are no straight bars: part of the true missing energy that the recovered strains
-// show, at least, where 5 % is missing [-]. [tuned:
+// For bodies other than straight bars: smallest fraction of the true missing energy that the
+// recovered strains show, if 5 % is missing [-]. [tuned:
 // StrainResolution.ABeamWithTooFewElementsIsExtrapolated]
 constexpr double kSeen4 = 0.9, kSeen10 = 0.35;
 
-// How far from a support a bar is no beam yet, by its thickness [-]. [derived: the end effect of a
-// strip falls as exp(-4.2 x / t) (Fadle 1941; Papkovich 1940); beyond a quarter of t 12 % of its
-// energy is left, which is 0.2 % of a bar's of 5:1]
+// Distance from a support up to which a bar does not behave as a beam, relative to its thickness
+// [-]. [derived: the end effect of a strip falls as exp(-4.2 x / t) (Fadle 1941; Papkovich 1940);
+// beyond a quarter of t 12 % of its energy is left, which is 0.2 % of a bar's of 5:1]
 constexpr double kEnd = 0.25;
 
 using fem::Double8;
 using Loose8 [[gnu::vector_size(64), gnu::may_alias, gnu::aligned(8)]] = double;
 
-// Eight components each, at the corners of elements or once for all of them.
+// Strains of eight elements, at the corners or constant.
 struct Strains {
   const double* values;
   int per_element;
@@ -73,14 +74,15 @@ PALPATE_DISPATCHED void AddMeans(const Strains& strains, const double* volumes, 
   }
 }
 
-// Mean over an element of the square of what is linear between the corners, times 20: of its sum
-// there and the sum of its squares.
+// Returns 20 times the mean square over an element of a field that is linear between the corners,
+// from its sum and its sum of squares there.
 PALPATE_INLINE double Mean(const Double8& sum, const Double8& squares) {
   const Double8 x = sum * sum + squares;
   return (((x[0] + x[1]) + (x[2] + x[3])) + ((x[4] + x[5]) + (x[6] + x[7]))) / 20;
 }
 
-// Per element: twice the energies of its strain and of the means less that.
+// Computes for each element twice the energy of its strain, and of the difference of the mean
+// strains.
 PALPATE_DISPATCHED void FindEnergies(const Strains& strains, const Loose8* means, int count,
                                      std::array<double, 2>* energies) {
   for (int e = 0; e < count; ++e) {
@@ -168,7 +170,7 @@ StrainResolution::StrainResolution(const TetMesh& mesh, const HeldNodes& held, d
 }
 
 void StrainResolution::NumberMeans() {
-  std::map<std::pair<int, double>, int> numbers;  // by node and modulus
+  std::map<std::pair<int, double>, int> numbers;  // numbers of vertices by node and modulus
   for (std::size_t e = 0; e < elements_.size(); ++e) {
     const Element& element = elements_[e];
     for (std::size_t a = 0; a < 4; ++a) {
@@ -182,7 +184,8 @@ void StrainResolution::NumberMeans() {
   mean_.resize(volume_.size());
 }
 
-// Straight: across its principal direction nowhere wider than what does not bend.
+// Finds whether the body is a straight bar: across its principal direction it is nowhere wider than
+// a non-bending part.
 void StrainResolution::FindBar(const HeldNodes& held) {
   const std::size_t count = corners_;
   Vector3d middle(0, 0, 0);
@@ -245,7 +248,7 @@ double StrainResolution::Softness(std::span<const Vector3d> u, std::span<const i
   for (std::size_t i = 0; i < mean_.size(); ++i) mean_[i] /= volume_[i];
   FindEnergies(strains, means, count, energies_.data());
   MarkContacts(touched);
-  // Its mean by values at the corners and, of 20 parts, 16 in the middle.
+  // The mean is computed from the corners and, with 16 of 20 parts, the centre.
   const auto restraint_of = [&](std::size_t e) {
     const Strain* at = &strains_[per_element * e];
     if (!quadratic_) return TwiceRestraint(*at);
@@ -311,9 +314,8 @@ StrainResolution::Strain StrainResolution::StrainOf(const Matrix3d& gradient) co
   return weighted;
 }
 
-// Green and Lagrange's, at the corners that differ. Gradients of the shapes there: of
-// l_a (2 l_a - 1) 3 g_a at its own corner and -g_a at others, of 4 l_i l_j 4 g_j at i and 4 g_i at
-// j.
+// Green-Lagrange strains at the corners. Gradients of the shape functions there: for l_a (2 l_a -
+// 1), 3 g_a at its own corner and -g_a at others; for 4 l_i l_j, 4 g_j at i and 4 g_i at j.
 void StrainResolution::FindStrains(const Element& element, std::span<const Vector3d> u,
                                    Strain* strains) const noexcept {
   const auto& g = element.geometry.grad;

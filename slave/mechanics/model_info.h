@@ -17,7 +17,7 @@ struct ModelInfo {
   double range = 0;      // largest |displacement| / larger side before `extrapolated` [-]
   double step = 0;       // of time, one per Respond [s]; 0: static
   double update_us = 0;  // expected for one moved contact, measured after precompute; 0: not known
-  std::string remark;    // what a user should know of this choice, one clause; may be empty
+  std::string remark;    // remark for the user about this choice, one clause; may be empty
 };
 
 }  // namespace palpate

@@ -96,7 +96,7 @@ SolidMesh MeshOfFile(const MeshFileGeometry& geometry) {
   }
 }
 
-// Every edge of a volume cut into halves; others as they are.
+// Returns a volume with every edge halved; other meshes unchanged.
 ObjectMesh Refined(const ObjectMesh& mesh) {
   if (const auto* solid = std::get_if<SolidMesh>(&mesh)) return palpate::Refined(*solid);
   return mesh;
@@ -124,7 +124,8 @@ std::vector<double> ModuliOf(const Scene& scene, const SolidMesh& mesh) {
       ": expected a part of the object that contains the centroid of a tetrahedron");
 }
 
-constexpr double kOnSide = 1e-6;        // of the bounding box's diagonal: drawn outlines
+// Tolerance for drawn outlines, relative to the bounding box's diagonal.
+constexpr double kOnSide = 1e-6;
 constexpr double kNearSide = 0.03;      // the same for outlines that were measured
 constexpr double kArcTolerance = 1e-9;  // [rad]
 
@@ -139,8 +140,8 @@ bool IsMeasured(const Geometry& geometry) {
          std::holds_alternative<ContourFileGeometry>(geometry);
 }
 
-// Whether an element lies where `fixed` says. A measured outline's side or plane is what lies near
-// it; a side also faces the way its name says.
+// Selects the elements of `fixed`. For a measured outline, a side or plane contains the elements
+// near it; those of a side must also face in its direction.
 class Selection {
  public:
   Selection(const Scene& scene, const BoundaryMesh& mesh)
@@ -216,8 +217,8 @@ void RequireNodesIn(const Fixed& fixed, const std::vector<Vector3d>& nodes, doub
                                         nearest[plane->axis], distance(nearest)));
 }
 
-// The components of `count` elements or nodes that object.fixed holds, whose entries hold what
-// `holds` says; throws where that is nothing, `no` being the rest of the sentence.
+// Returns the fixed components of `count` elements or nodes: object.fixed for those that `holds`
+// selects. Throws if none is selected; `no` is the rest of the message.
 template <std::size_t kComponents, class Holds>
 std::vector<std::array<bool, kComponents>> HeldBy(const Scene& scene, int count, const char* no,
                                                   const Holds& holds) {
@@ -243,7 +244,7 @@ bool IsHeld(const std::array<bool, kComponents>& components) {
   return std::ranges::find(components, true) != components.end();
 }
 
-// Nodes of edges that only one triangle has.
+// Returns the nodes of edges with only one triangle.
 std::vector<std::uint32_t> RimOf(const SurfaceMesh& surface) {
   std::map<std::pair<int, int>, int> triangles_at;
   for (const auto& [a, b, c] : surface.triangles) {

@@ -1,4 +1,4 @@
-// A scene's object as what its model computes on.
+// The mesh of a scene's object, on which its model computes.
 #pragma once
 
 #include <array>
@@ -44,7 +44,7 @@ SurfaceMesh SurfaceOf(const ObjectMesh& mesh);
 // A length that no contact on the object is wider than [m]: the diagonal, or twice the larger side.
 double SizeOf(const ObjectMesh& mesh);
 
-// Where contacts of an object are possible (rules: slave/solve/README.md).
+// The surface of an object on which contacts are possible (rules: slave/solve/README.md).
 class TouchableSurface {
  public:
   // Keeps a reference to the mesh. O(N log N) for a volume.

@@ -15,7 +15,7 @@ namespace {
 
 using Eigen::Vector3d;
 
-constexpr double kFlat = 1e-14;  // volume / longest edge^3 of what counts as none
+constexpr double kFlat = 1e-14;  // volume / longest edge^3 of a degenerate tetrahedron
 
 void RequireVolumes(const SolidMesh& mesh) {
   for (std::size_t t = 0; t < mesh.tets.size(); ++t) {

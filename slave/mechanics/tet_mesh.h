@@ -13,7 +13,7 @@
 
 namespace palpate {
 
-// Corners of a tetrahedron's edges, in the order of their middles.
+// Corners of a tetrahedron's edges, in the order of their mid-edge nodes.
 inline constexpr std::array<std::array<int, 2>, 6> kTetEdges{
     {{0, 1}, {1, 2}, {0, 2}, {0, 3}, {1, 3}, {2, 3}}};
 constexpr int kMaxNodes = 10;  // of one element
@@ -23,16 +23,18 @@ constexpr int kMaxNodes = 10;  // of one element
 // tetrahedron (named by its number) whose volume is not above 1e-14 of its longest edge cubed.
 void RequireTets(const SolidMesh& mesh, const HeldNodes& held);
 
-// Ten nodes: the corners, then the middles of the edges.
+// Elements with ten nodes: the corners, then the mid-edge nodes.
 struct TetMesh {
-  std::vector<Eigen::Vector3d> nodes;  // those of the SolidMesh first, then the middles [unit]
+  // Those of the SolidMesh first, then the mid-edge nodes [unit].
+  std::vector<Eigen::Vector3d> nodes;
   int vertex_count = 0;
   int nodes_per_element = 4;
   std::vector<int> connectivity;  // element by element
   std::vector<double> modulus;    // see SolidMesh
   SurfaceMesh surface;            // linear triangles over the vertices [unit]
   SurfaceMesh touch_surface;      // over all nodes: four triangles per linear one with ten nodes
-  std::vector<std::array<int, 6>> faces;  // per linear triangle: corners, middles 01 12 20 (or -1)
+  // Per linear triangle: corners, mid-edge nodes 01 12 20 (or -1).
+  std::vector<std::array<int, 6>> faces;
 
   [[nodiscard]] int node_count() const { return static_cast<int>(nodes.size()); }
   [[nodiscard]] int element_count() const {
@@ -48,7 +50,8 @@ struct TetMesh {
 // Lengths are divided by `unit` [m]. The mesh is as RequireTets requires.
 TetMesh MakeTetMesh(const SolidMesh& mesh, int nodes_per_element, double unit);
 
-// Per node of `mesh`: as `held` for its vertices; a middle is held where both ends of its edge are.
+// Per node of `mesh`: as `held` for its vertices; a mid-edge node is fixed if both ends of its edge
+// are.
 HeldNodes HeldWithMiddles(const TetMesh& mesh, HeldNodes held);
 
 // Gradients of the volume coordinates, one per corner, and the volume of one element at rest.

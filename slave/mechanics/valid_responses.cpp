@@ -7,8 +7,9 @@
 namespace palpate {
 namespace {
 
-// Most negative eigenvalue of a stiffness by its largest [-]. Collocation of boundary elements is
-// not symmetric: -1.5e-4 was measured on a strip under a narrow tool.
+// Smallest accepted eigenvalue of a stiffness relative to its largest one, negative [-].
+// Collocation of boundary elements is not symmetric: -1.5e-4 was measured on a strip under a narrow
+// tool.
 constexpr double kIndefinite = 1e-3;
 
 bool IsError(double value) {

@@ -8,8 +8,8 @@
 
 namespace palpate {
 
-// Where a response is not kFailed: its numbers are finite and its errors not negative. Where it is
-// kValid, its own stiffness, that of one contact without the others, has no negative eigenvalue.
+// Checks responses: if one is not kFailed, its numbers must be finite and its errors not negative.
+// If it is kValid, the stiffness of the contact alone must have no negative eigenvalue.
 std::string FirstViolation(std::span<const ContactResponse> responses);
 
 }  // namespace palpate

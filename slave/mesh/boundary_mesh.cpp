@@ -1,4 +1,4 @@
-// The division of outlines into boundary elements.
+// Divides outlines into boundary elements.
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
@@ -30,8 +30,8 @@ void RequireCount(int count, int least) {
   }
 }
 
-// Hands out what is left after whole numbers to the largest fractions; equal ones (to rounding, so
-// that opposite sides of a rectangle are equal) in order.
+// Distributes the remainder after rounding down to the largest fractions; equal ones (to rounding,
+// so that opposite sides of a rectangle are equal) in order.
 std::vector<int> LargestRemainder(const std::vector<double>& quota, int count) {
   std::vector<int> shares;
   shares.reserve(quota.size());
@@ -49,7 +49,7 @@ std::vector<int> LargestRemainder(const std::vector<double>& quota, int count) {
   return shares;
 }
 
-// `count` elements over edges in proportion to their lengths, at least one each: edges too short
+// Distributes `count` elements over edges in proportion to their lengths. Edges that are too short
 // for one get one, and the others share the rest.
 std::vector<int> ShareByLength(const std::vector<double>& lengths, int count) {
   std::vector<int> shares(lengths.size(), 1);
@@ -112,7 +112,7 @@ BoundaryMesh MeshLoops(const std::vector<Loop>& loops, int count) {
   return mesh;
 }
 
-// The loop as given or turned around, its first point staying first.
+// Returns the loop in the requested orientation with the same first point.
 Loop Turned(Loop loop, bool counter_clockwise) {
   if ((SignedArea(loop) > 0) != counter_clockwise) std::reverse(loop.begin() + 1, loop.end());
   return loop;

@@ -10,7 +10,7 @@ namespace {
 constexpr double kPlaceTolerance = 1e-9;  // of the length unit
 constexpr double kWidthSlack = 1e-9;      // relative
 
-// Where along the element, 0 at a to 1 at b, the point nearest to `p` lies.
+// Returns the parameter of the point nearest to `p` on the element, 0 at a to 1 at b.
 double NearestParameter(const BoundaryElement& element, const Eigen::Vector2d& p) noexcept {
   const Eigen::Vector2d edge = element.b - element.a;
   return std::clamp((p - element.a).dot(edge) / edge.squaredNorm(), 0.0, 1.0);
@@ -22,8 +22,8 @@ struct Run {
   int count = 0;
 };
 
-// Walks from `element` one way as long as midpoints stay within `reach` of the place, which lies
-// `offset` [m] against the walk from the element's midpoint. Returns the steps that were taken.
+// Counts the steps from `element` in one direction while midpoints are within `reach` of the
+// position, which is `offset` [m] from the element's midpoint against that direction.
 template <typename Step>
 int StepsWithin(const BoundaryMesh& mesh, int element, double offset, double reach, int most,
                 Step step) noexcept {

@@ -19,11 +19,11 @@ namespace {
 using Point = Eigen::Vector2d;
 
 constexpr double kQuality = 1.35;      // circumradius / shortest edge: angles above 21.7 degrees
-constexpr double kEquilateral = 0.66;  // circumradius / wanted edge before a triangle is too large
-// Nothing shorter than this part of the shortest boundary piece is halved or judged: ends the
-// refinement in corners sharper than Ruppert's 60 degrees.
+constexpr double kEquilateral = 0.66;  // largest circumradius relative to the wanted edge
+// Segments shorter than this share of the shortest boundary segment are not refined, so that the
+// refinement ends in corners sharper than Ruppert's 60 degrees.
 constexpr double kFloor = 0.2;
-constexpr double kSliver = 1e-5;  // height by edge of a triangle that is none
+constexpr double kSliver = 1e-5;  // height relative to the edge of a degenerate triangle
 
 // Centre of the circle through three points.
 Point Circumcentre(const Point& a, const Point& b, const Point& c) {
@@ -51,9 +51,9 @@ void SampleBoundary(const SizeField& size, std::vector<Point>& points,
   }
 }
 
-// Ruppert's refinement. Points are added in rounds, each on one triangulation, of which only
-// triangles count whose circles hold no point of the round so far. No point but by the floor lies
-// in the circle over a segment: the segments are edges of triangles then.
+// Ruppert's refinement. Points are added in rounds, each with one triangulation; triangles whose
+// circumcircle contains a new point of the round are skipped. No point is in the circle over a
+// segment, except by kFloor, so that segments are edges of triangles.
 class Refinement {
  public:
   Refinement(std::vector<Point> points, std::vector<MeshSegment> segments, const SizeField& size,
@@ -99,8 +99,8 @@ class Refinement {
     }
     return inside;
   }
-  // Halves the segments whose circle holds `p`, as far as they may be, and those around their
-  // middles. True: there is such a segment.
+  // Halves the segments whose circle contains `p`, if permitted, and then those around their
+  // midpoints. Returns whether there is such a segment.
   bool SplitAround(const Point p) {
     bool any = false;
     for (std::size_t s = 0; s < segments_.size(); ++s) {
@@ -113,11 +113,11 @@ class Refinement {
       segments_.push_back({middle, segments_[s].b, segments_[s].tag});
       segments_[s].b = middle;
       SplitAround(points_.back());
-      --s;  // its first half
+      --s;  // continues with its first half
     }
     return any;
   }
-  // `before`: points of which the triangle is one of Delaunay's.
+  // `before`: number of points for which the triangle is a Delaunay triangle.
   void Improve(const std::array<int, 3>& v, std::size_t before) {
     const Point &a = At(v[0]), &b = At(v[1]), &c = At(v[2]);
     const Point centre = Circumcentre(a, b, c);
@@ -143,7 +143,7 @@ class Refinement {
 TriangleMesh Refinement::Collect(const std::vector<std::array<int, 3>>& triangles) const {
   TriangleMesh mesh;
   std::vector<int> number(points_.size(), -1);
-  std::map<std::pair<int, int>, int> triangle_at, tag_of;  // by the ends of edges
+  std::map<std::pair<int, int>, int> triangle_at, tag_of;  // triangle by the ends of an edge
   for (const MeshSegment& s : segments_) tag_of[{s.a, s.b}] = tag_of[{s.b, s.a}] = s.tag;
   for (std::size_t t = 0; t < triangles.size(); ++t) {
     auto& corners = mesh.triangles.emplace_back();
@@ -171,7 +171,7 @@ TriangleMesh Refinement::Collect(const std::vector<std::array<int, 3>>& triangle
   return mesh;
 }
 
-// Area that the segments surround; their direction is the caller's, so only its size counts.
+// Returns the area inside the segments, positive for any orientation.
 double SurroundedArea(const std::vector<Point>& points, const std::vector<MeshSegment>& segments) {
   double twice = 0;
   for (const MeshSegment& s : segments) {

@@ -36,7 +36,7 @@ struct TriangleMesh {
   std::vector<MeshSegment> boundary;           // every boundary edge once, with its tag
 };
 
-// Meshes what the closed loops of `segments` surround. No angle is below 20 degrees unless the
+// Meshes the area inside the closed loops of `segments`. No angle is below 20 degrees unless the
 // outline itself has sharper corners. Throws std::runtime_error: crossing or open loops, coinciding
 // points, more than `max_points`.
 TriangleMesh MakeGradedMesh(const std::vector<Eigen::Vector2d>& points,

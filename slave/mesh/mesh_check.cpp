@@ -21,12 +21,12 @@ namespace {
 
 using Eigen::Vector3d;
 
-// Height of a degenerate tetrahedron, by the longest edge ...
+// Height of a degenerate tetrahedron, relative to the longest edge ...
 constexpr double kFlat = 1e-12;
-// ... and by the largest coordinate: the rounding of three differences.
+// ... and relative to the largest coordinate: the rounding of three differences.
 constexpr double kRounding = 8 * std::numeric_limits<double>::epsilon();
 
-// Faces outward of a positive tetrahedron.
+// Faces of a tetrahedron with positive volume; their normals point outwards.
 constexpr std::array<std::array<std::size_t, 3>, 4> kFaces{
     {{0, 2, 1}, {0, 1, 3}, {1, 2, 3}, {0, 3, 2}}};
 
@@ -34,7 +34,7 @@ struct TetShape {
   double volume = 0, longest = 0, largest_face = 0;
 };
 
-// Computes in units of `scale`, so that no power of a length leaves the range of a double.
+// Computes in units of `scale`, so that powers of lengths do not overflow.
 TetShape ShapeOf(const SolidMesh& mesh, const std::array<int, 4>& tet, double scale) {
   std::array<Vector3d, 4> p;
   for (std::size_t i = 0; i < 4; ++i) {
@@ -56,7 +56,7 @@ TetShape ShapeOf(const SolidMesh& mesh, const std::array<int, 4>& tet, double sc
   return shape;
 }
 
-// Volumes, orientation, quality.
+// Checks volumes, orientation and quality.
 void CheckShapes(SolidMesh* mesh, const MeshNumbers& numbers, MeshReport* report) {
   const double scale = (report->high_O - report->low_O).norm();
   const double largest =
@@ -93,7 +93,7 @@ void CheckShapes(SolidMesh* mesh, const MeshNumbers& numbers, MeshReport* report
   CountQuality(std::move(quality), numbers, report);
 }
 
-// Direction of a face's nodes after the smallest comes first.
+// A face with its smallest node first, and its orientation.
 struct Face {
   std::array<int, 3> sorted;
   bool even;
@@ -119,7 +119,7 @@ std::vector<Face> SortedFaces(const SolidMesh& mesh) {
   return faces;
 }
 
-// Two tetrahedra at most meet in a face, from its two sides.
+// Checks that at most two tetrahedra share a face, one on each side.
 void CheckFaces(const SolidMesh& mesh, const MeshNumbers& numbers, MeshReport* report) {
   const std::vector<Face> faces = SortedFaces(mesh);
   std::string crowded, folded;
@@ -193,7 +193,8 @@ std::vector<Edge> SortedEdges(const SurfaceMesh& surface) {
   return edges;
 }
 
-// Triangles that share an edge, as elements that share a number: PartsOf joins them.
+// Groups triangles that share an edge. PartsOf expects elements that share a number, so edges are
+// numbered.
 std::vector<SurfacePart> ByEdges(const SurfaceMesh& surface) {
   std::vector<std::array<int, 3>> edges_of(surface.triangles.size());
   std::vector<std::size_t> filled(surface.triangles.size(), 0);

@@ -11,9 +11,10 @@
 
 namespace palpate {
 
-// The parts of a closed surface and which of them lie inside others.
+// The parts of a closed surface, and which of them are inside others.
 //
-// Triangles connected by edges. Parts that share only a node are separate.
+// A part consists of triangles that are connected by edges. Parts that share only a node are
+// separate.
 struct SurfacePart {
   std::vector<int> triangles;
   int depth = 0;  // number of other parts around it; odd: it bounds a cavity

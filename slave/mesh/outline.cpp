@@ -13,7 +13,7 @@ namespace {
 
 using Loop = std::vector<Eigen::Vector2d>;
 constexpr double kSamePoint = 1e-12;  // of the bounding box's larger side
-constexpr double kNoArea = 1e-12;     // of its square
+constexpr double kNoArea = 1e-12;     // smallest area relative to the square of the larger side
 
 std::string NameOf(std::size_t loop) {
   return loop == 0 ? "outer loop" : "hole " + std::to_string(loop - 1);
@@ -23,7 +23,8 @@ std::string NameOf(std::size_t loop) {
   throw std::invalid_argument(NameOf(loop) + ": " + what);
 }
 
-// On which side of the line a-b `p` lies: 1 left, -1 right, 0 on it, to rounding at unit size.
+// Returns the side of the line a-b on which `p` is: 1 left, -1 right, 0 on it, to rounding at unit
+// size.
 int SideOf(const Eigen::Vector2d& a, const Eigen::Vector2d& b, const Eigen::Vector2d& p) {
   const double area = Cross(b - a, p - a);
   return area > 1e-15 ? 1 : area < -1e-15 ? -1 : 0;
@@ -35,7 +36,7 @@ bool BoxesOverlap(const Eigen::Vector2d& a, const Eigen::Vector2d& b, const Eige
          (c.cwiseMin(d).array() <= a.cwiseMax(b).array()).all();
 }
 
-// The closed segments a-b and c-d share a point.
+// Returns whether the closed segments a-b and c-d share a point.
 bool SegmentsIntersect(const Eigen::Vector2d& a, const Eigen::Vector2d& b, const Eigen::Vector2d& c,
                        const Eigen::Vector2d& d) {
   return BoxesOverlap(a, b, c, d) && SideOf(a, b, c) * SideOf(a, b, d) <= 0 &&
@@ -53,7 +54,8 @@ void CheckPoints(const Loop& loop, std::size_t index) {
   }
 }
 
-// Size one, at the origin: sizes from 1 nm to 1 km are judged alike.
+// Returns the loops scaled to size one at the origin, so that tolerances are the same for sizes
+// from 1 nm to 1 km.
 std::vector<Loop> Normalised(const Outline& outline) {
   std::vector<Loop> loops{outline.outer};
   loops.insert(loops.end(), outline.holes.begin(), outline.holes.end());
@@ -108,7 +110,7 @@ bool EdgesMeet(const Loop& one, const Loop& other) {
   return false;
 }
 
-// Loops that do not meet lie apart or one within the other: one point of each shows which.
+// Loops without intersections are separate or nested, which one point of each determines.
 void CheckPair(const std::vector<Loop>& loops, std::size_t i, std::size_t j) {
   if (EdgesMeet(loops[i], loops[j])) Refuse(j, "crosses or touches the " + NameOf(i));
   const bool inside = Contains({loops[i], {}}, loops[j][0]);
@@ -118,7 +120,7 @@ void CheckPair(const std::vector<Loop>& loops, std::size_t i, std::size_t j) {
   }
 }
 
-// Even-odd rule: how often a ray towards +x leaves or enters.
+// Applies the even-odd rule to a ray towards +x.
 bool IsInside(const std::vector<Eigen::Vector2d>& loop, const Eigen::Vector2d& p) {
   bool inside = false;
   for (std::size_t i = 0, j = loop.size() - 1; i < loop.size(); j = i++) {

@@ -13,8 +13,9 @@ namespace {
 
 using Eigen::Vector2d;
 
-constexpr double kSpace = 0.7;    // from the boundary, by the raster's spacing [-]
-constexpr double kSliver = 1e-9;  // area of a triangle that is none, by the body's bounding box [-]
+constexpr double kSpace = 0.7;  // smallest distance from the boundary relative to the spacing [-]
+// Area of a degenerate triangle relative to the body's bounding box [-].
+constexpr double kSliver = 1e-9;
 
 Outline OutlineOf(const BoundaryMesh& mesh) {
   Outline outline;
@@ -39,7 +40,7 @@ double DistanceTo(const BoundaryElement& e, const Vector2d& p) {
   return (p - e.a - share * along).norm();
 }
 
-// Rows of places, every other one moved by half the spacing.
+// Returns rows of places inside, with every other row shifted by half the spacing.
 std::vector<Vector2d> PlacesInside(const BoundaryMesh& mesh, const Outline& outline,
                                    const Eigen::AlignedBox2d& box, double spacing) {
   std::vector<Vector2d> places;

@@ -1,4 +1,4 @@
-// CheckMesh of surfaces.
+// Implements CheckMesh for surfaces.
 #include <algorithm>
 #include <array>
 #include <cstddef>
@@ -18,7 +18,7 @@ namespace {
 
 using Eigen::Vector3d;
 
-// Height of a degenerate triangle, by the longest edge and by the largest coordinate.
+// Height of a degenerate triangle, relative to the longest edge and to the largest coordinate.
 constexpr double kFlat = 1e-12, kRounding = 8 * std::numeric_limits<double>::epsilon();
 
 struct EdgeUse {
@@ -103,8 +103,8 @@ void CheckEdges(const SurfaceMesh& mesh, const EdgeMap& edges, const MeshNumbers
   }
 }
 
-// Which triangles must be turned so that neighbours face the same way, each part as its first
-// triangle does. False: there is no such way (a one-sided surface).
+// Finds the triangles that must be reversed so that all triangles of a part have the orientation of
+// its first one. False: this is impossible (a one-sided surface).
 bool FindTurned(const EdgeMap& edges, std::size_t triangles, std::vector<bool>* turned) {
   struct Neighbour {
     int triangle;
@@ -146,7 +146,7 @@ void Turn(SurfaceMesh* mesh, int triangle) {
   std::swap(t[1], t[2]);
 }
 
-// Outward, cavities towards their inside.
+// Orients the triangles outwards; those of a cavity point into it.
 void Orient(const EdgeMap& edges, SurfaceMesh* mesh, const MeshNumbers& numbers,
             MeshReport* report) {
   std::vector<bool> turned;

@@ -22,8 +22,8 @@ namespace {
 
 constexpr const char* kNothingYet = "no image received yet (FeedImages)";
 
-// A sensing whose images a driver sends: it is created from the first usable images, and until then
-// reports what it waits for.
+// A sensing pipeline for images from a driver. It is created from the first usable images; until
+// then it reports what it waits for.
 class AwaitedSense final : public SensingPipeline {
  public:
   // `make` creates the sensing from `inputs.images`; it throws if the images cannot be used, and
@@ -101,7 +101,7 @@ class AwaitedSense final : public SensingPipeline {
 
  private:
   [[nodiscard]] SensingPipeline* Made() const noexcept { return made_; }
-  // False: these images cannot be used; the reason is reported.
+  // Returns false if these images cannot be used; the reason is reported.
   bool TryToMake(const std::stop_token& stop) {
     try {
       auto sense = make_({.images = &inbox_});
@@ -126,8 +126,8 @@ class AwaitedSense final : public SensingPipeline {
   const Make make_;
   const SenseInfo awaited_;
   std::unique_ptr<SensingPipeline> sense_;
-  std::atomic<SensingPipeline*> made_ = nullptr;  // `sense_`, once it has its first sample
-  mutable PriorityInheritanceMutex mutex_;        // guards the next one
+  std::atomic<SensingPipeline*> made_ = nullptr;  // equal to `sense_` after its first sample
+  mutable PriorityInheritanceMutex mutex_;        // guards the next member
   std::string trouble_;
 };
 
@@ -158,7 +158,7 @@ SenseInfo Awaited(const Scene& scene) {
   return info;
 }
 
-// One line for each way of feeling.
+// Table of the kinds of sensing.
 struct SenseMaker {
   template <typename Made>
   [[nodiscard]] std::unique_ptr<SensingPipeline> Make() const {
@@ -191,7 +191,7 @@ struct SenseMaker {
 ModelOptions Changed(ModelOptions model, const ModelChange& change,
                      std::optional<ObjectClass> object) {
   if (!object) Refuse("kind = " + change.kind, "none, because no force is estimated here");
-  model.decision = {};  // whoever changes it decides
+  model.decision = {};  // the caller decides instead of `auto`
   if (!change.kind.empty()) SetKind(change.kind, *object, &model);
   RequireFriction(model);
   return model;

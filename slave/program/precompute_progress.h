@@ -1,4 +1,4 @@
-// A progress that remains valid after its listener is gone, for objects that keep it.
+// A Progress that remains valid after its listener is destroyed, for objects that store it.
 #pragma once
 
 #include "slave/program/progress.h"

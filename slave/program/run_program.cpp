@@ -26,7 +26,7 @@ namespace {
 constexpr std::size_t kMaxOutput = 4000;
 constexpr std::chrono::milliseconds kLook{5};
 
-// Settings of posix_spawn: folder, input, output, signals as a program expects them.
+// Settings of posix_spawn: folder, input, output, and default signals.
 class SpawnSettings {
  public:
   SpawnSettings(const std::filesystem::path& folder, int output) {
@@ -68,7 +68,7 @@ std::vector<char*> Pointers(std::vector<std::string>* texts) {
   return pointers;
 }
 
-// This process's, with numbers written the C way.
+// Returns the environment of this process with the C number format.
 std::vector<std::string> Environment() {
   std::vector<std::string> variables{"LC_ALL=C"};
   for (char** variable = environ; *variable != nullptr; ++variable) {

@@ -10,7 +10,7 @@
 
 namespace palpate {
 
-// Where PATH leads to an executable file of that name; nullopt: nowhere.
+// Returns the executable file of that name in PATH; nullopt: none.
 std::optional<std::filesystem::path> FindProgram(const std::string& name);
 
 struct ProgramEnd {
@@ -20,7 +20,7 @@ struct ProgramEnd {
 
 // A program that runs in `folder`, in the C locale, with an empty standard input. Its standard
 // error goes to the file `log` there, its standard output to the file descriptor `output`, or to
-// `log` as well if that is -1. With this object it and what it started are killed.
+// `log` as well if that is -1. The destructor kills it and its child processes.
 class RunningProgram {
  public:
   // Throws std::runtime_error: it cannot be started.

@@ -94,7 +94,7 @@ class Again {
     manipulator_ = manipulator.get();
     return MakePlayedSlave(scene_, samples_, std::move(manipulator));
   }
-  // False: the sample that belongs to it is not there, the recording being cut.
+  // Returns false if the step's sample is missing because the recording is truncated.
   bool Do(const v1::SenseStep& step) {
     if (step.has_acquired()) return is_acquired_ = slave_->Acquire({});
     if (step.has_reset() && is_acquired_) sense_.Reset();

@@ -18,14 +18,15 @@ struct StateDifferences {
   std::uint64_t first = 0;      // sample of the first that differs; 0: none does
   double force = 0;             // largest difference of the force vector [N]
   double tip = 0;               // difference of the tip position [m]
-  std::uint64_t validity = 0;   // states whose validity, or whether a force is known, differs
+  // Number of states that differ in validity, or in whether a force is known.
+  std::uint64_t validity = 0;
 };
 
 struct RecordedRun {
   StateDifferences differences;
   std::string version, version_now;  // of the program that recorded, and of this one
   std::string damage;                // unreadable parts of the recording, as text; empty: none
-  std::string scene;                 // its name
+  std::string scene;                 // name of the scene
 };
 
 // Writes the recomputed out/states.csv, as RunOffline does, out/summary.json, and the scene's files

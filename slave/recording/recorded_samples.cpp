@@ -10,7 +10,7 @@
 namespace palpate {
 namespace {
 
-// How many sources were opened before the first sample was acquired.
+// Returns how many sources were opened before the first sample was acquired.
 int CountOpened(const std::filesystem::path& file) {
   RecordingReader reader(file);
   v1::SenseStep step;

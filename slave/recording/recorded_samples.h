@@ -22,7 +22,8 @@ class RecordedSamples final : public SamplePlayer {
   std::unique_ptr<StereoSource> OpenPairs() override;
   std::unique_ptr<TactileSource> OpenFingertips() override;
 
-  // The next of each; nullopt: there is no more. Throw InputError: damaged.
+  // Return the next sample of each kind; nullopt: there is no more. Throw InputError if the file is
+  // damaged.
   std::optional<Frame> NextFrame();
   std::optional<StereoPair> NextPair();
   std::optional<TactileFrame> NextTactile();

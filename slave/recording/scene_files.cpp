@@ -13,7 +13,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// `path`, or the regular files in it.
+// Returns `path`, or the regular files in it if it is a folder.
 std::vector<fs::path> FilesOf(const fs::path& path) {
   std::error_code error;
   const fs::path whole = fs::weakly_canonical(path, error);
@@ -26,7 +26,7 @@ std::vector<fs::path> FilesOf(const fs::path& path) {
   return files;
 }
 
-// The deepest folder that both are in.
+// Returns the deepest folder that contains both.
 fs::path CommonFolder(const fs::path& a, const fs::path& b) {
   fs::path common;
   for (auto i = a.begin(), j = b.begin(); i != a.end() && j != b.end() && *i == *j; ++i, ++j) {

@@ -17,8 +17,8 @@ namespace palpate {
 struct SceneFiles {
   static constexpr std::uintmax_t kMaxBytes = 16 << 20;  // of all files together [bytes]
 
-  std::string scene;                         // which of them is the scene
-  std::map<std::string, std::string> bytes;  // by path below the folder that they all are in
+  std::string scene;                         // name of the scene among the files
+  std::map<std::string, std::string> bytes;  // content by path, relative to the common folder
   std::vector<std::string> left_out;         // paths of those that are too large, or unreadable
 };
 

@@ -175,8 +175,8 @@ void SenseRecording::PutInstant(std::uint64_t sequence, Time sensed_at, int imag
   recording_->Put(steps_, Clock::now(), step);
 }
 
-// The writing thread compresses the images, which takes milliseconds. Nobody changes an image that
-// was returned.
+// The writing thread compresses the images, which takes milliseconds. Returned images are never
+// changed.
 void SenseRecording::PutImage(std::uint16_t channel, const cv::Mat& image, Time sensed_at) {
   recording_->Put(channel, Clock::now(), image.total() * image.elemSize(),
                   [image, sensed_at] { return ImageMessage(image, sensed_at); });

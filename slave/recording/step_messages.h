@@ -11,7 +11,7 @@
 
 namespace palpate {
 
-// Overwrites the state and the number of the sample, and leaves `p_S_arm`.
+// Overwrites state and sample number of the message, but not `p_S_arm`.
 void ToProto(const ContactEstimate& estimate, v1::SenseStep::Estimate* message);
 void ToProto(const TactileFrame& frame, v1::TactileInstant* message);
 // Throws InputError: more fingertips than there may be, fewer electrodes or numbers of a pose, a

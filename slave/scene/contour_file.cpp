@@ -10,7 +10,7 @@
 namespace palpate {
 namespace {
 
-constexpr std::size_t kMaxPoints = 4000;  // as many elements a model may have
+constexpr std::size_t kMaxPoints = 4000;  // the largest number of elements of a model
 
 std::vector<Eigen::Vector2d> ReadPoints(const std::filesystem::path& file) {
   std::vector<Eigen::Vector2d> points;

@@ -20,7 +20,7 @@ Json CellsOf(const Geometry& geometry) {
   return box == nullptr ? Json() : Json(box->cells);
 }
 
-// A number that is not known is null.
+// Reads a number; null is an unknown one.
 double NumberOf(const Json& json) {
   return json.is_null() ? std::numeric_limits<double>::quiet_NaN() : json.get<double>();
 }

@@ -27,7 +27,8 @@ constexpr int kMaxValues = 100'000;        // aliases count each time they are u
 constexpr std::size_t kMaxText = 4 << 20;  // [bytes] of keys and values, aliases spelled out
 constexpr std::size_t kMaxMistakes = 50;
 constexpr std::size_t kMaxQuoteLength = 60;
-constexpr std::size_t kMaxTextLength = 2000;  // of what is accepted, which may name files
+// Longest text of accepted values, which may name files.
+constexpr std::size_t kMaxTextLength = 2000;
 constexpr int kAfterTheFile = std::numeric_limits<int>::max();
 
 using Kind = DocumentNode::Kind;
@@ -42,7 +43,7 @@ bool IsDigit(char c) {
   return c >= '0' && c <= '9';
 }
 
-// The value as it might stand in the file, on one line.
+// Returns the value on one line, as it might be in the file.
 std::string Quote(const DocumentNode& node) {
   if (node.kind == Kind::kNothing) return "(nothing)";
   if (node.kind == Kind::kScalar) return node.text;
@@ -57,7 +58,7 @@ std::string Quote(const DocumentNode& node) {
   return text + (is_map ? '}' : ']');
 }
 
-// At most `most` bytes of whole characters, and dots.
+// Returns at most `most` bytes of whole characters, followed by dots if shortened.
 std::string Shortened(std::string_view text, std::size_t most = kMaxQuoteLength) {
   constexpr int kKindOfByte = 0xc0, kInsideCharacter = 0x80;
   while (most > 0 && most < text.size() && (text[most] & kKindOfByte) == kInsideCharacter) --most;
@@ -75,7 +76,7 @@ class Copier {
   Copier(Mistakes* mistakes, bool is_override, std::string path = {})
       : mistakes_(mistakes), is_override_(is_override), path_(std::move(path)) {}
 
-  // Throws std::length_error: too deep, too many or too long.
+  // Throws std::length_error if the tree is too deep or has too many or too long values.
   DocumentNode Copy(const YAML::Node& from, int depth = 0) {
     if (depth > kDeepest || ++values_ > kMaxValues) RefuseSize();
     DocumentNode node;
@@ -107,7 +108,7 @@ class Copier {
                             " values and 4 MiB of text, aliases spelled out");
   }
 
-  // Whether `[0,5 mm, 0]` was written, which YAML reads as three values.
+  // Returns whether a list such as `[0,5 mm, 0]` was written, which YAML reads as three values.
   static bool IsSplitByComma(const YAML::Node& list) {
     for (std::size_t i = 1; i < list.size(); ++i) {
       const YAML::Node first = list[i - 1], second = list[i];
@@ -193,7 +194,8 @@ bool HasDecimalComma(const DocumentNode& node) {
 constexpr std::string_view kMissing = "missing";
 constexpr std::string_view kPoint = "decimal comma: expected a decimal point";
 
-// What in the text is no YAML, where that is a tab or a character that looks like another one.
+// Returns a hint if a tab, or a character that looks like another one, is the reason for invalid
+// YAML.
 std::string HintAt(const std::string& text, int line) {
   std::istringstream lines(text);
   std::string one;
@@ -207,7 +209,7 @@ std::string HintAt(const std::string& text, int line) {
   return {};
 }
 
-// Control characters other than tab and line ends stand in no text.
+// Returns whether these bytes are text, which has no control characters except tab and line ends.
 bool IsText(const std::string& bytes) {
   return std::ranges::none_of(bytes, [](char c) {
     const auto code = static_cast<unsigned char>(c);
@@ -215,7 +217,7 @@ bool IsText(const std::string& bytes) {
   });
 }
 
-// Whether a document may have these bytes; refuses them if not.
+// Returns whether a document may have these bytes, and reports a mistake if not.
 bool IsDocument(const std::string& bytes, Mistakes* mistakes) {
   if (const std::string foreign = ForeignFormat(std::string_view(bytes)); !foreign.empty()) {
     mistakes->AddGeneral(0, "is " + foreign, "a YAML file");
@@ -267,7 +269,7 @@ std::optional<std::string> ReadText(const std::filesystem::path& file, Mistakes*
   return bytes;
 }
 
-// Remembers where the document last met begins, and nothing of what it says.
+// Stores only the start position of the last document.
 class DocumentStart final : public YAML::EventHandler {
  public:
   [[nodiscard]] int line() const { return line_; }
@@ -320,7 +322,8 @@ DocumentNode Parse(const std::string& text, Mistakes* mistakes) {
   return root;
 }
 
-// The child of a list or map that a segment of a key path names, made if a map lacks it.
+// Returns the child of a list or map for a segment of a key path; creates it in a map if it is
+// missing.
 DocumentNode* Descend(DocumentNode* node, const std::string& segment) {
   if (node->kind == Kind::kNothing) node->kind = Kind::kMap;
   if (node->kind == Kind::kScalar) return nullptr;

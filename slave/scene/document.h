@@ -18,7 +18,7 @@ struct DocumentNode {
   std::string key;                     // key in its map
   std::string text;                    // of a scalar
   std::vector<DocumentNode> children;  // of a list or a map, in the file's order
-  int line = 0;                        // from 1; 0: nowhere
+  int line = 0;                        // line number from 1; 0: not in the file
   bool is_override = false;            // from the command line
 
   [[nodiscard]] const DocumentNode* Find(std::string_view child_key) const;
@@ -42,7 +42,7 @@ class Mistakes {
   void AddOverride(std::string_view pair, std::string_view accepted);
 
   [[nodiscard]] std::size_t count() const { return count_; }
-  // Whether further mistakes are only counted.
+  // Returns whether further mistakes are only counted.
   [[nodiscard]] bool is_full() const;
   // One per line, in the file's order; of more than 50 the first that were found, and the number of
   // the others.

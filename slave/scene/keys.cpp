@@ -42,8 +42,8 @@ Dimension DimensionOf(std::string_view type) {
   return kNumber;
 }
 
-// `10 to 500 ms`, `> 0 (1 um to 1 km)`, `a whole number, 1 to 4000`, `> 0`, `>= 0` or `any`. Of
-// other texts the rule accepts nothing.
+// Parses `10 to 500 ms`, `> 0 (1 um to 1 km)`, `a whole number, 1 to 4000`, `> 0`, `>= 0` or `any`.
+// For other texts the rule accepts nothing.
 Rule RuleOf(Dimension dimension, std::string_view range) {
   constexpr std::string_view kTo = " to ";
   const std::size_t open = range.find('(');
@@ -107,7 +107,7 @@ Table ReadTable() {
   return table;
 }
 
-// Without the indices of lists, and any finger's name as NAME.
+// Returns the path without list indices, and with NAME for the name of a finger.
 std::string RowOf(std::string_view path) {
   std::string row;
   for (std::size_t begin = 0; begin <= path.size();) {

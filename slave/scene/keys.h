@@ -19,7 +19,8 @@ struct Rule {
   std::string_view range;  // as text: "> 0"
 };
 
-// Beyond these no product of two or three of them stays a number; nothing real is near them.
+// Limits of values, far from any physical value, so that products of two or three values are finite
+// numbers.
 constexpr double kMinValue = 1e-15, kMaxValue = 1e15;
 
 struct SceneKey {

@@ -1,4 +1,4 @@
-// Materials that scenes name: the table of deploy/scenes/materials.md, which the build puts into
+// Named materials for scenes: the table of deploy/scenes/materials.md, which the build includes in
 // the program.
 #pragma once
 

@@ -8,9 +8,9 @@
 namespace palpate {
 namespace {
 
-constexpr double kMaxThickness = 0.1, kMinThickness = 1.0 / 400;  // by the radius
-constexpr double kMinToolWidth = 1.0 / 50, kMaxToolWidth = 1;     // by the radius
-constexpr double kMaxModelToolWidth = 1.8;                        // by the radius
+constexpr double kMaxThickness = 0.1, kMinThickness = 1.0 / 400;  // relative to the radius
+constexpr double kMinToolWidth = 1.0 / 50, kMaxToolWidth = 1;     // relative to the radius
+constexpr double kMaxModelToolWidth = 1.8;                        // relative to the radius
 constexpr double kMaxPlace = 0.75;   // distance of presses from the centre, by the radius
 constexpr double kMaxDepth = 0.5;    // depth of presses, by the radius
 constexpr double kMaxStretch = 0.5;  // prestress by E t

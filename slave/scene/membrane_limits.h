@@ -9,8 +9,8 @@
 
 namespace palpate {
 
-// Uses the parts of the scene that are read so far: `object` and `sense` for widths, all for the
-// rest. The texts state what is accepted.
+// Uses the parts of the scene that were already read: `object` and `sense` for widths, all parts
+// for the other limits. The texts state the accepted values.
 class MembraneLimits {
  public:
   static constexpr double kMaxBlur = 20;  // of a simulated pair [px]
@@ -18,7 +18,7 @@ class MembraneLimits {
 
   explicit MembraneLimits(const Scene& scene);
 
-  // Whether the object is a membrane in front of a simulated pair.
+  // Returns whether the object is a membrane in front of a simulated pair.
   [[nodiscard]] bool apply() const { return radius_ > 0 && thickness_ > 0; }
   [[nodiscard]] bool is_simulated() const { return is_simulated_; }
 

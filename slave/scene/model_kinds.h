@@ -1,5 +1,5 @@
-// The kinds of deformation models: what each computes and its options. One row per kind, used by
-// all code that reads, checks, replaces, studies or queries a model.
+// The kinds of deformation models, with their properties and options. One row per kind, used by all
+// code that reads, checks, replaces, studies or queries a model.
 #pragma once
 
 #include <algorithm>
@@ -14,7 +14,7 @@ namespace palpate {
 
 enum class ObjectClass : std::uint8_t { kOutline, kMembrane, kVolume, kDome };
 
-// Whether twice the load moves the object twice as far.
+// Whether displacements are proportional to the load.
 enum class Linearity : std::uint8_t {
   kAlways,
   kByLaw,  // only if model.law is linear
@@ -27,12 +27,12 @@ struct ModelKind {
   Linearity linearity = Linearity::kAlways;
   bool has_tets = false;              // accepts element
   bool iterates = false;              // accepts law, residual, gravity, time
-  bool accepts_frictionless = false;  // contact: bonded or frictionless; otherwise bonded alone
+  bool accepts_frictionless = false;  // accepts contact: bonded or frictionless; false: bonded only
   bool has_cache = false;             // stores its Green's functions in a folder
   bool takes_tension = false;         // of a membrane at rest; a flat one also modes
   bool takes_regions = false;         // parts of the object with moduli of their own
   bool takes_relaxation = false;      // moduli that fade in time; accepts step
-  bool is_plane = false;  // nothing changes through the thickness; accepts plane and order
+  bool is_plane = false;              // a plane model; accepts the keys plane and order
 };
 
 // Largest Poisson's ratio of `extruded`, whose quadratic triangles lock beyond it [-]. [measured: a
@@ -82,15 +82,15 @@ inline bool IsLargeDeformation(const ModelOptions& model) {
   if (kind == nullptr) return false;
   return kind->linearity == Linearity::kNever || (kind->iterates && IsHyperelastic(model.fem.law));
 }
-// Whether the model finds which places rigid tools of every shape touch, and Coulomb's friction
-// there: `fem` of four-node tetrahedra at rest under any law but those of Ogden.
+// Returns whether the model determines the contact region of rigid tools of every shape with
+// Coulomb friction: static `fem` with four-node tetrahedra and any law except those of Ogden.
 inline bool FollowsTools(const ModelOptions& model) {
   const ModelKind* kind = FindModelKind(model.kind);
   return kind != nullptr && kind->iterates && model.fem.element == FemOptions::Element::kTet4 &&
          model.fem.law != FemOptions::Law::kOgden && model.fem.time == FemOptions::Time::kStatic;
 }
-// Whether the model finds the places of this tool and its friction. Other tools are bonded, and
-// flat ones held at their nodes.
+// Returns whether the model determines the contact region and the friction of this tool. Other
+// tools are bonded, and flat ones fix their nodes.
 inline bool ShapesTool(const ModelOptions& model, const Tool& tool) {
   const bool is_usual = tool.shape == Tool::Shape::kFlat || tool.shape == Tool::Shape::kRound;
   return FollowsTools(model) && (model.contact != ContactLaw::kBonded || !is_usual);

@@ -128,7 +128,7 @@ std::string ReadKind(Section& model) {
   return std::string(model.OneOfTable<std::string_view>("kind", kinds));
 }
 
-// What the kind takes; `auto`, which may come to any, most of it.
+// Returns the options of the kind; for `auto`, which may become any kind, most of them.
 ModelKind OptionsOf(std::string_view name) {
   if (const ModelKind* kind = FindModelKind(name)) return *kind;
   return {.name = "auto",
@@ -140,7 +140,7 @@ ModelKind OptionsOf(std::string_view name) {
           .is_plane = true};
 }
 
-// Whether a query ends between steps of Newton's method.
+// Returns whether a query may end before Newton's method has converged.
 bool TakesSteps(const FemOptions& fem) {
   return fem.element == FemOptions::Element::kTet4 && fem.law != FemOptions::Law::kOgden &&
          fem.time == FemOptions::Time::kStatic;

@@ -13,7 +13,7 @@ constexpr double kHomeClearance = 0.07;  // of the larger side
 constexpr double kSpeedReserve = 2.5;    // times the press speed
 constexpr double kToolPerSide = 1.0 / 15;
 
-// Where a press begins.
+// Returns the start position of a press.
 Eigen::Vector3d HomeOver(const Object& object, const BoundingBox& box) {
   const double clearance = kHomeClearance * box.larger_side();
   const Eigen::Vector3d centre = box.centre();
@@ -35,11 +35,12 @@ ManipulatorOptions DefaultManipulator(const Object& object, const std::optional<
   return options;
 }
 
-// The axis along which `home` lies farthest outside the box, towards the box. Without a box only
-// the image determines it: zero.
+// Returns the direction towards the box along the axis in which `home` is farthest outside of it.
+// Without a box it is zero, because only the image determines it.
 Eigen::Vector2d TowardsBox(const std::optional<BoundingBox>& box, const Eigen::Vector3d& home) {
   if (!box) return {0, 0};
-  const Eigen::Vector2d below = (box->lower - home).head<2>();  // > 0: home lies left of / under it
+  // > 0: home is left of it / below it.
+  const Eigen::Vector2d below = (box->lower - home).head<2>();
   const Eigen::Vector2d beyond = (home - box->upper).head<2>();
   const Eigen::Vector2d outside = below.cwiseMax(beyond);
   const int axis = outside.x() > outside.y() ? 0 : 1;

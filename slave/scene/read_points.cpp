@@ -1,4 +1,4 @@
-// `sense.points`: what two cameras or depth images follow on the object (paper C, 3.2).
+// `sense.points`: points that two cameras or depth images track on the object (paper C, 3.2).
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -15,7 +15,7 @@ using Eigen::Vector2d;
 
 constexpr int kMinDots = 4, kMaxDots = 400;  // of a lattice: three would be a line
 constexpr int kMaxWindows = 10'000;
-constexpr double kRadiusPerSpacing = 0.2;  // of a dot: 2 mm where they are 10 mm apart
+constexpr double kRadiusPerSpacing = 0.2;  // radius of a dot: 2 mm for a spacing of 10 mm
 
 const MembraneGeometry* MembraneOf(const Object& object) {
   return std::get_if<MembraneGeometry>(&object.geometry);
@@ -54,7 +54,8 @@ double NearestNeighbours(const std::vector<Vector2d>& places) {
   return nearest;
 }
 
-// Whether so many points of a lattice, centred on a point, an edge or a cell, lie within `reach`.
+// Returns whether `count` points of a lattice, centred on a point, an edge or a cell, are within
+// `reach`.
 bool LatticeFits(int count, const Vector2d& spacing, double reach) {
   for (const Vector2d& centre :
        {Vector2d(0, 0), Vector2d(0.5, 0.5), Vector2d(0.5, 0), Vector2d(0, 0.5)}) {
@@ -69,11 +70,12 @@ bool LatticeFits(int count, const Vector2d& spacing, double reach) {
   return false;
 }
 
-// That of paper C, and of other membranes and counts as much smaller or larger as it takes.
+// Returns the spacing of paper C, scaled to other membranes and counts.
 Vector2d DefaultSpacing(const Object& object, int count) {
   const PointTracking paper;
   constexpr double kRadius = 0.039;  // of paper C's membrane [m]
-  constexpr double kMargin = 0.85;   // more dots lie less evenly, and none too near the rim
+  // Margin, because more dots are less evenly distributed and must not be too near the rim.
+  constexpr double kMargin = 0.85;
   const auto* membrane = MembraneOf(object);
   const double size = membrane != nullptr && membrane->radius > 0 ? membrane->radius / kRadius : 1;
   const double density = count > paper.count ? kMargin * std::sqrt(1.0 * paper.count / count) : 1;

@@ -66,7 +66,8 @@ Eigen::Isometry3d ReadPlanarPose(Section& section, const Eigen::Isometry3d& fall
 std::string ScenePose(const Eigen::Isometry3d& X) {
   const Eigen::Matrix3d R = X.linear();
   constexpr double kDegrees = 180 / std::numbers::pi;
-  // R = Rz Ry Rx; at Ry = 90 deg x and z turn about the same axis: all is given to z.
+  // R = Rz Ry Rx; at Ry = 90 deg, rotations about x and z are about the same axis, so all is
+  // assigned to z.
   const double across = std::hypot(R(0, 0), R(1, 0));
   const bool is_gimbal = across < 1e-9;
   const double x = is_gimbal ? 0 : std::atan2(R(2, 1), R(2, 2));
@@ -76,7 +77,7 @@ std::string ScenePose(const Eigen::Isometry3d& X) {
   return fmt::format(
       "pose: {{translation: [{:.6g} mm, {:.6g} mm, {:.6g} mm], rotation: [{:.8g} deg, {:.8g} deg, "
       "{:.8g} deg]}}",
-      // + 0.0: no "-0" is printed
+      // + 0.0 avoids printing "-0"
       t.x() + 0.0, t.y() + 0.0, t.z() + 0.0, x * kDegrees + 0.0, y * kDegrees + 0.0,
       z * kDegrees + 0.0);
 }

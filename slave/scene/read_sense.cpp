@@ -15,7 +15,8 @@ bool IsVideo(const std::filesystem::path& file) {
 
 namespace {
 
-// `%d`, `%4d` or `%04d`, once: the pattern meets a formatting function later.
+// Returns whether the name contains `%d`, `%4d` or `%04d` once, because it is later passed to a
+// formatting function.
 bool IsPrintfPattern(const std::string& pattern) {
   const auto percent = pattern.find('%');
   if (percent == std::string::npos || pattern.find('%', percent + 1) != std::string::npos) {
@@ -25,7 +26,7 @@ bool IsPrintfPattern(const std::string& pattern) {
   return letter != std::string::npos && letter - percent <= 3 && pattern[letter] == 'd';
 }
 
-// Whether a file's name matches a printf pattern or a glob, in a folder that is none.
+// Returns whether a file's name matches a printf pattern or a glob in a plain folder.
 bool NamesAFile(const std::filesystem::path& pattern) {
   const std::string name = pattern.filename().string();
   const auto percent = name.find('%');

@@ -1,5 +1,4 @@
-// `sense.camera` where it is a pair of cameras, simulated or from files, or takes depth images
-// (paper C).
+// `sense.camera` for a pair of cameras, simulated or from files, or for depth images (paper C).
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -11,7 +10,8 @@ namespace {
 
 constexpr double kDistance = 0.25;  // of a simulated pair from the object [m]: paper C, 5.1
 
-// The left one of two cameras inside, side by side along x of O, that look at O's origin.
+// Returns the pose of the left one of two cameras that are side by side along x of O and look at
+// O's origin.
 Eigen::Isometry3d LeftOfPair(const Eigen::Isometry3d& X_SO, double baseline) {
   const double vergence = std::atan2(0.5 * baseline, kDistance);
   return X_SO * Eigen::Translation3d(-0.5 * baseline, 0, -kDistance) *
@@ -37,8 +37,8 @@ std::string FirstLine(const std::string& text) {
   return text.substr(0, text.find('\n'));
 }
 
-// Reads of the rig's file only what is needed to refuse a wrong file and to find the size of the
-// left images; {0, 0}: not known.
+// Reads only the part of the rig's file that is needed to reject a wrong file and to find the size
+// of the left images; {0, 0}: unknown.
 std::array<int, 2> ReadRigHeader(Section& section, const StereoCameras& pair) {
   constexpr const char* kAccepted =
       "a rig of two cameras, written by `calibrate --left ... --right ...`";
@@ -77,8 +77,8 @@ std::string ReadDepthPipeline(Section& section) {
   return pipeline;
 }
 
-// One of `device`, `file` and `url` below `section`, of depth `url`; refused where none or several
-// are given.
+// One of `device`, `file` and `url` below `section`, for depth images only `url`; refused if none
+// or several are given.
 Eye ReadCameraSource(Section& section, const SceneContext& context, bool is_depth) {
   constexpr std::array kKeys{"device", "file", "url"};
   const auto has = [&](const char* key) { return section.Has(key); };
@@ -155,7 +155,7 @@ StereoCameras ReadStereoFiles(Section& camera, const SceneContext& context, cons
     pair.rig = ReadExistingFile(section, "rig", context);
   }
   if (is_full && section.mistakes()->count() == before) pair.size = ReadRigHeader(section, pair);
-  // What is only followed may be followed in the left camera's own frame.
+  // An object that is only tracked may be tracked in the left camera's frame.
   const bool needs_pose = is_full && IsHeld(object);
   pair.X_SL = needs_pose ? ReadKnownPose(camera) : ReadPose(camera, pair.X_SL);
   return pair;
@@ -190,7 +190,7 @@ DepthImages ReadDepthImages(Section& camera, const SceneContext& context) {
   return depth;
 }
 
-// After one mistake the other keys are not judged.
+// Skips the other keys after a mistake.
 void PassOver(Section& camera) {
   for (const char* key :
        {"rate", "size", "pose", "pixel", "intrinsics", "unit", "fx", "fy", "cx", "cy", "sigma"}) {

@@ -1,4 +1,4 @@
-// `sense.tactile`: fingertips, where their samples come from and how they are read.
+// `sense.tactile`: fingertips, the source of their samples and their options.
 #include <algorithm>
 #include <stdexcept>
 #include <system_error>
@@ -148,7 +148,8 @@ TactileChannels ReadChannels(Section& section, Tactile::Source source) {
   return channels;
 }
 
-// Whether the recording has the pose of a fingertip in each row: a column `qw` or `NAME_qw`.
+// Returns whether the recording has the pose of a fingertip in each row: a column `qw` or
+// `NAME_qw`.
 bool HasPoseColumns(const Tactile& tactile) {
   if (tactile.source != Tactile::Source::kRecording) return false;
   const auto is_pose = [](std::string_view title) {
@@ -157,7 +158,7 @@ bool HasPoseColumns(const Tactile& tactile) {
   try {
     CsvLines lines(tactile.file);
     return lines.Next() && std::ranges::any_of(lines.cells(), is_pose);
-  } catch (const std::runtime_error&) {  // no such file, no table: its reader says so
+  } catch (const std::runtime_error&) {  // a missing or invalid file is reported by its reader
     return false;
   }
 }

@@ -29,7 +29,7 @@ struct ToOutline {
   }
 };
 
-// What is read beside the scene, of a geometry and of a sense and its parts.
+// Lists the files that are read beside the scene, for a geometry and for a sense and its parts.
 struct ToInputs {
   std::vector<std::filesystem::path>* inputs;
 
@@ -156,7 +156,7 @@ void StreamSimulated(Scene* scene) {
   stream(scene->sense.Find<Tactile>());
   if (!scene->simulator_connects) return;
   stream(&scene->manipulator);
-  // The largest that a scene may ask for: a late report of a simulated tool harms nothing.
+  // The largest value of the key, because a late report of a simulated tool is harmless.
   scene->manipulator.silence = 0.1;
 }
 

@@ -31,15 +31,15 @@ struct Scene {
   std::vector<std::string> overrides;  // applied to `file`, as `key.path=value`
 };
 
-// Whether the samples of the scene's sensing are simulated.
+// Returns whether the samples of the scene's sensing are simulated.
 [[nodiscard]] bool IsSimulated(const Scene& scene);
 
 // Samples of the scene's simulated sensors, and the simulated manipulator, come from
 // palpate-simulator: their sources become streams. A scene without simulated sensors is unchanged.
 void StreamSimulated(Scene* scene);
 
-// Whether the poses of the scene's fingertips are known, so that they can touch the object.
-// Otherwise the object is not deformed and no model is built.
+// Returns whether the poses of the scene's fingertips are known, so that contacts with the object
+// can be computed. Otherwise the object is not deformed and no model is built.
 bool MeetsObject(const Scene& scene);
 
 // All inputs of the scene, the scene file first: files, and folders of images and networks.

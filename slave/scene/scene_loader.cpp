@@ -20,8 +20,8 @@ Eigen::Isometry3d CameraOver(const std::optional<BoundingBox>& box) {
   return X_SC;
 }
 
-// How many boundary elements the object will have; more than requested if the outline has more
-// edges.
+// Returns the number of boundary elements of the object; more than requested if the outline has
+// more edges.
 int ElementCount(const Scene& scene) {
   const auto& geometry = scene.object.geometry;
   if (std::holds_alternative<DiscGeometry>(geometry)) return scene.model.elements;
@@ -57,7 +57,7 @@ class CrossCheck {
   }
 
  private:
-  // Which kinds of sensing measure which objects.
+  // Checks that the kind of sensing can measure the object.
   void CheckGeometry() {
     if (use_ != SceneUse::kFull) return;
     const Geometry& geometry = scene_.object.geometry;
@@ -84,7 +84,7 @@ class CrossCheck {
            (stereo == nullptr || stereo->source != StereoCameras::Source::kSimulated);
   }
 
-  // Two cameras may also follow what moves as a whole; a simulated target does so on its path.
+  // Requires supports. Two cameras may also track an unsupported body, such as a simulated target.
   void CheckHeld() {
     const auto* stereo = scene_.sense.Find<StereoCameras>();
     const bool is_given = IsPresent("object", "fixed");
@@ -100,7 +100,7 @@ class CrossCheck {
     }
   }
 
-  // Which models compute which objects.
+  // Checks that the model can compute the object.
   void CheckKind() {
     const Geometry& geometry = scene_.object.geometry;
     const std::string& kind = scene_.model.kind;
@@ -115,8 +115,7 @@ class CrossCheck {
     }
   }
 
-  // A model that knows flat and round tools alone would compute another one, and a key that no
-  // model of the object uses would be accepted.
+  // Rejects tools that the model does not support, and keys that no model of the object uses.
   void CheckTool() {
     const Geometry& geometry = scene_.object.geometry;
     if (IsPresent("tool", "depth") && !IsPlanar(geometry)) {
@@ -135,7 +134,7 @@ class CrossCheck {
            "flat or round with this model: others need fem with element: tet4, time: static");
   }
 
-  // A tool of its own place through the thickness.
+  // Checks the keys for the tool's position through the thickness.
   void CheckExtruded() {
     const std::string& kind = scene_.model.kind;
     if (scene_.tool && scene_.tool->behind && kind != "extruded" && kind != "auto") {
@@ -168,7 +167,8 @@ class CrossCheck {
     }
   }
 
-  // `auto` compares models of elastic bodies: here the kind is named.
+  // Requires a named model for relaxing materials, because `auto` compares models of elastic
+  // bodies.
   void CheckRelaxation() {
     if (scene_.object.material.relaxation.empty()) return;
     const ModelKind* kind = FindModelKind(scene_.model.kind);
@@ -177,7 +177,7 @@ class CrossCheck {
            "nothing with this model.kind: use " + KindsWith(&ModelKind::takes_relaxation));
   }
 
-  // A fingertip measures the force itself: no model sets it to zero.
+  // Refuses punctures with fingertips, because they measure the force, so no model sets it to zero.
   void CheckPuncture() {
     if (scene_.sense.Find<Tactile>() && scene_.model.puncture_depth > 0) {
       Refuse("model.puncture.depth", "nothing with fingertips: only cameras detect a puncture");
@@ -203,7 +203,7 @@ class CrossCheck {
     }
   }
 
-  // A first tip inside the object would count as contact.
+  // Checks that home is outside, because a first tip inside the object would count as contact.
   void CheckHome() {
     const Eigen::Vector3d p_O = scene_.object.X_SO.inverse() * scene_.manipulator.home;
     if (scene_.tool && !scene_.sense.Find<Tactile>() &&
@@ -218,7 +218,8 @@ class CrossCheck {
     }
   }
 
-  // Without a manipulator nothing reports where in the first image the tip is.
+  // Requires a template without a manipulator, because nothing else determines the tip in the first
+  // image.
   void CheckTemplate() {
     const auto* tip = scene_.sense.Find<TipTracking>();
     const bool is_alone = scene_.manipulator.source == ManipulatorOptions::Source::kNone;
@@ -227,7 +228,7 @@ class CrossCheck {
     Refuse("sense.tip.template", "an image of the tip, which `manipulator: none` needs");
   }
 
-  // A recording with poses replaces those of the scene.
+  // Checks the fingers. A recording with poses replaces those of the scene.
   void CheckFingers() {
     const auto* box = std::get_if<BoxGeometry>(&scene_.object.geometry);
     const auto* tactile = scene_.sense.Find<Tactile>();
@@ -242,7 +243,8 @@ class CrossCheck {
     }
   }
 
-  // Cameras look at the object, and the baseline of a simulated pair is less than its distance.
+  // Checks that cameras look at the object and that the baseline of a simulated pair is less than
+  // its distance.
   void CheckSight() {
     const auto* stereo = scene_.sense.Find<StereoCameras>();
     const bool is_simulated = stereo && stereo->source == StereoCameras::Source::kSimulated;
@@ -259,7 +261,7 @@ class CrossCheck {
     }
   }
 
-  // What the models of a membrane, and the simulated one, can do.
+  // Checks the limits of the membrane models and of the simulated membrane.
   void CheckMembrane() {
     const MembraneLimits limits(scene_);
     if (!limits.apply() || mistakes_->count() > 0) return;
@@ -298,7 +300,7 @@ class CrossCheck {
     }
   }
 
-  // An embryo is a disc under one simulated camera.
+  // Checks that an embryo is a disc under one simulated camera.
   void CheckEmbryo() {
     if (!scene_.site.embryo) return;
     const auto* camera = scene_.sense.Find<Camera>();

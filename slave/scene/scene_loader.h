@@ -38,13 +38,13 @@ enum class SceneUse { kSolve, kFull };
 Scene LoadScene(const std::filesystem::path& file, const std::vector<std::string>& overrides = {},
                 SceneUse use = SceneUse::kFull);
 
-// A scene of the text of a YAML file, for `solve`, with a mesh in memory if there is one: it takes
-// the place of the file that `object.geometry.mesh` names. Relative paths start at the working
-// folder. Throws SceneError as LoadScene.
+// Reads a scene from the text of a YAML file, for `solve`. A mesh in memory, if given, replaces the
+// file of `object.geometry.mesh`. Relative paths start at the working folder. Throws SceneError as
+// LoadScene.
 Scene ParseScene(const std::string& text, std::shared_ptr<const GivenMesh> mesh = {});
 
-// As scenes are written: `pose: {translation: [...], rotation: [...]}`, rotation about fixed x, y,
-// z.
+// Formats a pose as in scenes: `pose: {translation: [...], rotation: [...]}`, rotation about fixed
+// x, y, z.
 std::string ScenePose(const Eigen::Isometry3d& X);
 
 }  // namespace palpate

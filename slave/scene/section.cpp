@@ -13,8 +13,7 @@ namespace {
 
 using Kind = DocumentNode::Kind;
 
-// How many letters must be changed, added or dropped to come from one word to the other
-// (Levenshtein).
+// Returns the number of letters to change, add or drop between two words (Levenshtein).
 std::size_t EditDistance(std::string_view a, std::string_view b) {
   std::vector<std::size_t> row(b.size() + 1);
   std::iota(row.begin(), row.end(), std::size_t{0});
@@ -30,7 +29,7 @@ std::size_t EditDistance(std::string_view a, std::string_view b) {
 }
 
 std::string NearestOf(const std::vector<std::string>& known, std::string_view key) {
-  constexpr std::size_t kMaxWordLength = 64;  // beyond it nobody mistyped one of ours
+  constexpr std::size_t kMaxWordLength = 64;  // longer words are not compared with keys
   if (known.empty()) return "nothing here";
   std::string all;
   for (const auto& word : known) all.append(all.empty() ? "" : ", ").append(word);

@@ -34,7 +34,7 @@ class Section {
   Section& operator=(const Section&) = delete;
 
   [[nodiscard]] bool present() const { return node_ != nullptr; }
-  // Whether the key is present; it counts as known from now on.
+  // Returns whether the key is present, and marks it as known.
   bool Has(std::string_view key);
   // The map below `key`; absent if it is missing. `required`: what is accepted, if it is required.
   Section Open(std::string_view key, std::string_view required = {});

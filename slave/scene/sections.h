@@ -50,9 +50,9 @@ std::array<int, 2> ReadSize(Section& camera, const std::array<int, 2>& fallback)
 std::string ReadImages(Section& section, std::string_view key, const SceneContext& context);
 // `url` below a camera: a stream's address or a GStreamer pipeline.
 std::string ReadAddress(Section& section);
-// Whether images come from exactly one source; rejected otherwise.
+// Requires that images come from exactly one source.
 bool NamesOneSource(Section& camera);
-// Whether `camera` below `sense` (nullptr: absent) is a stereo pair or depth camera.
+// Returns whether `camera` below `sense` (nullptr: absent) is a stereo pair or depth camera.
 bool NamesStereoOrDepth(const DocumentNode* sense);
 // `camera` and `points` below `sense`, in that case; nullopt: other sensing, or mistakes. A
 // simulated pair is 250 mm inside (paper C), at negative z of O, with its left camera's x along
@@ -88,8 +88,8 @@ std::optional<BoundingBox> OutlineBox(const Object& object);
 // none of them, or there are mistakes already.
 std::optional<BoundingBox> SolidBox(const Object& object, const Section& scene);
 
-// Hangs fingers without a pose over the box by 7 % of its larger side: axis along x, the pad's apex
-// above the middle. Without a box: F is S.
+// Places fingers without a pose above the box at 7 % of its larger side: axis along x, the pad's
+// apex above the centre. Without a box F is S.
 void PlaceFingers(const std::optional<BoundingBox>& box, Tactile* tactile);
 
 // `operator`, by default with an indentation of 5.5 % of the larger side at four times that per

@@ -66,7 +66,8 @@ constexpr std::array kNames{"a number", "a length",        "a pressure",        
                             "a rate",   "a speed",         "a number of pixels", "a tension",
                             "a volume", "an angular speed"};
 
-// Takes a number off the front of `text`. from_chars knows no leading plus.
+// Reads a number from the front of `text`, also with a leading plus, which from_chars does not
+// accept.
 template <typename Number>
 std::optional<Number> TakeNumber(std::string_view* text) {
   std::string_view digits = Trimmed(*text);
@@ -79,7 +80,8 @@ std::optional<Number> TakeNumber(std::string_view* text) {
   return value;
 }
 
-// The factor of 1 mm is 1 / 1000: dividing by 1000 rounds once where times 1e-3 would round twice.
+// Divides for factors below one: for mm the division by 1000 rounds once, while a factor of 1e-3
+// would round twice.
 double InSi(double value, double factor) {
   const double inverse = std::round(1 / factor);
   return factor < 1 && std::abs(1 / factor - inverse) < 1e-3 ? value / inverse : value * factor;

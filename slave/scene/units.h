@@ -35,7 +35,8 @@ std::optional<long long> ParseInteger(std::string_view text) noexcept;
 // another dimension.
 std::optional<double> ParseQuantity(std::string_view text, Dimension dimension) noexcept;
 
-// Text of what ParseQuantity accepts, within `range`: "a length > 0 (m, mm, um, nm, km)".
+// Returns the text of the quantities that ParseQuantity accepts, within `range`: "a length > 0 (m,
+// mm, um, nm, km)".
 std::string ExpectedQuantity(Dimension dimension, std::string_view range = {});
 
 }  // namespace palpate

@@ -29,7 +29,7 @@ class BulkPace {
   void AddRoundTrip(const std::string& peer, double round_trip) {
     const std::scoped_lock lock(mutex_);
     if (peer != std::exchange(peer_, peer)) Restart();
-    if (round_trip >= 0) shortest_ = std::min(shortest_, round_trip);  // nor NaN
+    if (round_trip >= 0) shortest_ = std::min(shortest_, round_trip);  // skips NaN, too
   }
   // Whether a stream may send a message at `now`. It is counted with its `expected` size [bytes].
   bool Begin(double expected, Time now) {
@@ -54,7 +54,7 @@ class BulkPace {
   static constexpr double kMaxVariation = 0.1;  // jitter, relative to the base round-trip time [-]
   static constexpr double kMore = 1.05, kLess = 0.85;
   static constexpr double kSilence = 5;   // time without an operator [s]
-  static constexpr double kBurst = 5e-3;  // that streams may be late [s]
+  static constexpr double kBurst = 5e-3;  // largest burst of the streams [s at their rate]
 
   void Restart() {
     rate_ = shortest_ = kUnbound;

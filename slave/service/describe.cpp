@@ -11,7 +11,7 @@
 namespace palpate {
 namespace {
 
-// The last name of a path, for people; `network.json`, `rnn_21` of `nets/rnn_21/`.
+// Returns the last name of a path for display: `network.json`, or `rnn_21` for `nets/rnn_21/`.
 std::string NameOf(const std::filesystem::path& path) {
   return path.has_filename() ? path.filename().string() : path.parent_path().filename().string();
 }

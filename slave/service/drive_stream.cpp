@@ -79,7 +79,7 @@ void DriveStream::StartAiming() {
   aiming_ = std::jthread([this](const std::stop_token& stop) { KeepAiming(stop); });
 }
 
-// The newest target counts: one that cannot leave yet is not made.
+// Only the newest target is sent, so none is prepared while the stream cannot send.
 void DriveStream::KeepAiming(const std::stop_token& stop) {
   MakeThreadRealtime(kReadingPriority);
   const auto period = Seconds(1 / rate_);

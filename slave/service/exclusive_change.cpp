@@ -44,7 +44,7 @@ grpc::Status ExclusiveChange::Run(const grpc::ServerContext& context,
     return Error(v1::ERROR_REASON_CHANGE_UNDER_WAY,
                  "another change of settings is under way: try again");
   }
-  StopWithCall progress(context);  // its thread calls gRPC
+  StopWithCall progress(context);  // its thread uses gRPC
   const OrdinaryPriority ordinary;
   return Guarded([&] { work(&progress); });
 }

@@ -1,4 +1,4 @@
-// Runs changes of settings that take time, one after the other.
+// Runs slow changes of settings one after the other.
 #pragma once
 
 #include <functional>

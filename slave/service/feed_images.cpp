@@ -1,6 +1,6 @@
-// FeedImages. Decoding takes milliseconds: in the call's own thread, which also slows a driver
-// down that sends more than can be processed. Only decoding has ordinary priority: a thread that
-// waits in gRPC may be the one that reads for all connections, and holds their locks.
+// FeedImages. Decoding takes milliseconds. It is done in the thread of the call, which also slows
+// down a driver that sends more than can be processed. Only decoding has ordinary priority: a
+// thread that waits in gRPC may be the one that reads for all connections, and holds their locks.
 #include <memory>
 #include <string>
 

@@ -48,7 +48,7 @@ void FeedStream::OnReadDone(bool ok) {
   std::string reason;
   if (ok) {
     reason = Feed();
-  } else {  // the driver has sent all, or is gone
+  } else {  // the driver has finished or was disconnected
     reply_->set_samples(samples_);
   }
   Exit();

@@ -11,8 +11,9 @@
 namespace palpate {
 namespace {
 
-constexpr std::chrono::milliseconds kPollPeriod(50);  // of a wait, until a look whether to end
-constexpr int kQuality = 80;                          // of images, the default of WatchImages
+// Period at which a wait checks whether to end.
+constexpr std::chrono::milliseconds kPollPeriod(50);
+constexpr int kQuality = 80;  // of images, the default of WatchImages
 
 }  // namespace
 
@@ -65,7 +66,7 @@ void NatsFeed::Publish(const SlaveState& state, Time now) {
     Send(status, statuses_);
     statuses_.due = now + statuses_.gap;
   }
-  // With the topology in each: a reader may begin with any, and miss any.
+  // Each message contains the topology, because a reader may begin with any message and miss any.
   PublishBulk<v1::MeshState>(state, now, &meshes_, [&](v1::MeshState* mesh) {
     BoundaryShape shape = slave_.Shape({});
     shape.state_sequence = state.sequence;

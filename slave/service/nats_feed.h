@@ -1,5 +1,5 @@
 // Publishes the slave's states, meshes, images and status on a NATS server, for any number of
-// observers. Each message is sent once, whoever reads it.
+// observers. Each message is sent once for all observers.
 #pragma once
 
 #include <string>
@@ -13,9 +13,9 @@
 
 namespace palpate {
 
-// A thread of ordinary priority with a mailbox of its own, like that of a Watch call. It sends the
-// newest of everything, and the next only when the server has received it: a slow or absent server
-// gets less, and delays nothing else. Nothing is kept for later.
+// It has a thread of ordinary priority with a mailbox, like a Watch call. It sends the newest data,
+// and the next only after the server has received them, so a slow or absent server gets fewer
+// messages and delays nothing else. Old data are dropped.
 class NatsFeed {
  public:
   static constexpr double kStateRate = 30, kBulkRate = 10, kStatusRate = 1;  // at most [Hz]
@@ -38,8 +38,8 @@ class NatsFeed {
   Kind KindOf(std::string_view kind, double rate) const;
   void Run(const std::stop_token& stop);
   void Publish(const SlaveState& state, Time now);
-  // Publishes what `compose(&message)` makes of a new sample, unless an operator's link needs the
-  // room. `compose` returns false if there is nothing.
+  // Publishes the message that `compose(&message)` makes from a new sample, unless an operator's
+  // link needs the bandwidth. `compose` returns false if there is nothing to send.
   template <class Message, class Compose>
   void PublishBulk(const SlaveState& state, Time now, Kind* kind, const Compose& compose);
   // The size of the message [bytes].

@@ -106,7 +106,7 @@ void OperateStream::OnWriteDone(bool ok) {
 }
 
 void OperateStream::OnDone() {
-  host_.lease.Release(ticket_);  // it may have come while the stream ended
+  host_.lease.Release(ticket_);  // the lease may have been given while the stream ended
   EndingStream::OnDone();
 }
 
@@ -116,7 +116,7 @@ void OperateStream::OnEnding() {
     const std::scoped_lock lock(mutex_);
     last = std::move(line_);
   }
-  last.reset();  // its port is free for the next operator
+  last.reset();  // frees its port for the next operator
   host_.lease.Release(ticket_);
 }
 

@@ -27,7 +27,8 @@ class OperateStream final
     : public EndingStream<grpc::ServerBidiReactor<v1::OperatorCommand, v1::SlaveState>>,
       public StateReader {
  public:
-  // OnStream is called when a stream begins. Its connection may send `rate` [bytes/s] meanwhile.
+  // OnStream is called when a stream begins. During the stream its connection may send `rate`
+  // [bytes/s].
   using OnStream = std::function<void(const grpc::ServerContextBase& context, double rate)>;
   struct Host {
     OperatorLease& lease;

@@ -50,9 +50,9 @@ class OperatorLease {
         run_apart_(std::move(run_apart)),
         on_round_trip_(std::move(on_round_trip)) {}
 
-  // Begins operating for `peer`, or says why not. `name`: from the certificate, or in plain text
-  // from the metadata of the call; nullopt: not known yet. Throws RejectedCall: there is no
-  // manipulator.
+  // Gives the lease to `peer`, or returns the reason of the rejection. `name`: from the
+  // certificate, or in plain text from the metadata of the call; nullopt: not known yet. Throws
+  // RejectedCall: there is no manipulator.
   Answer RequestTicket(const std::string& peer, const std::optional<std::string>& name,
                        Dismiss dismiss);
   // Passes on a command. False: malformed, counted, not followed (commands that the slave rejects
@@ -70,13 +70,13 @@ class OperatorLease {
   // The same, and also throws without an operator, for actions that only a connected operator may
   // perform: `what`.
   void RequireHeldBy(const std::string& peer, const std::string& what) const;
-  // Throws RejectedCall: somebody holds the lease, or it is closed.
+  // Throws RejectedCall if a client holds the lease, or it is closed.
   void RequireFree() const;
-  // The same; and from now on nobody gets the lease, because another scene is taken into use.
+  // Does the same, and closes the lease, because the slave changes to another scene.
   void Close();
   void Reopen();
   [[nodiscard]] bool is_closed() const { return is_closed_; }
-  // Whether a call of `peer`, or of a client that is named `name`, is the operator's.
+  // Returns whether a call of `peer`, or of a client named `name`, is that of the operator.
   [[nodiscard]] bool IsHeldBy(const std::string& peer,
                               const std::optional<std::string>& name) const;
   [[nodiscard]] std::string holder_name() const;  // empty: none, or not yet named
@@ -85,9 +85,9 @@ class OperatorLease {
  private:
   struct Holder {
     Ticket ticket = 0;                    // 0: no operator
-    std::optional<std::string> known_as;  // when it took the lease; nullopt: not known yet
+    std::optional<std::string> known_as;  // name at the time of the lease; nullopt: not known yet
     std::string name, peer;
-    bool engaged = false;        // by the newest command
+    bool engaged = false;        // according to the newest command
     Time heard_at{};             // a valid command newer than all before
     std::uint64_t sequence = 0;  // of that command
     Dismiss dismiss;

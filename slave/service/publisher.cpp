@@ -93,7 +93,7 @@ void Publisher::AwaitReaders(const std::stop_token& stop) {
     std::unique_lock lock(mutex_);
     joined_.wait(lock, stop, [this] { return !operator_.expired() || !observers_.empty(); });
   }
-  slave_.TakeEvents();  // nobody was there to receive them
+  slave_.TakeEvents();  // discards events without a reader
   slave_.SetWatched(true);
 }
 

@@ -30,7 +30,7 @@ class StateReader {
 
 class Publisher {
  public:
-  // States leave at this rate at least [Hz], whether or not something new was sensed.
+  // Lowest rate of states [Hz], also without new samples.
   static constexpr double kStateRate = 200;
 
   // `slave` outlives the publisher.

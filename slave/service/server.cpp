@@ -31,11 +31,11 @@ constexpr int kMaxImageBytes = 32 * 1024 * 1024;  // a raw pair of 2448 x 2048 p
 constexpr int kMaxStreams = 2 * TeleoperationService::kSeats;  // of a connection; also threads
 // Longest handshake, for round trips above 5 s.
 constexpr int kHandshakeMs = 15000;
-// [bytes] of commands on their way at most: 500 a second of 128 bytes for 5 s of round trip, with
-// what each is wrapped in.
+// Largest amount of commands in transit [bytes]: 500 per second of 128 bytes, including framing,
+// for 5 s of round trip.
 constexpr int kCommandWindow = 512 * 1024;
-// [bytes] A driver of images can fill one stream's window before its rate is known, beside what the
-// others send.
+// Burst of a connection [bytes]: a driver of images can fill one stream's window before its rate is
+// known, in addition to other streams.
 constexpr double kBurst = 2.0 * kCommandWindow;
 constexpr std::chrono::milliseconds kHealthPeriod(50);
 
@@ -49,7 +49,7 @@ Endpoint Permitted(const std::string& address, bool insecure) {
   }
 }
 
-// To gRPC, which owns the connection from then on.
+// Passes the connection to gRPC, which then owns it.
 Acceptor::HandOn HandOnTo(grpc::experimental::ExternalConnectionAcceptor* grpc) {
   return [grpc](int fd) {
     grpc::experimental::ExternalConnectionAcceptor::NewConnectionParameters connection;
@@ -62,39 +62,39 @@ std::shared_ptr<grpc::ServerCredentials> CredentialsFrom(const std::filesystem::
   if (tls.empty()) return grpc::InsecureServerCredentials();
   auto credentials = ServerTls(tls);
   credentials->SetAuthMetadataProcessor(RoleCheck());
-  // Another may be issued, and the clock set, while it serves.
+  // Checked repeatedly, because a new certificate may be issued, or the clock set, during
+  // operation.
   const std::string untimely = WhyUntimely(tls);
   if (!untimely.empty()) spdlog::error("audit: no client can connect: {}", untimely);
   return credentials;
 }
 
-// A proposal arrives before anything is known of its connection.
+// A proposal arrives before its connection is identified, so the burst must allow it.
 double BurstOf(Slave& slave) {
   return slave.setup() != nullptr ? kBurst + kMaxImageBytes : kBurst;
 }
 
-// Whether requests contain images.
+// Returns whether requests contain images.
 bool TakesImages(Slave& slave) {
   return slave.image_inbox() != nullptr || slave.setup() != nullptr;
 }
 
 void Configure(bool takes_images, grpc::ServerBuilder* builder) {
   builder->AddChannelArgument(GRPC_ARG_SERVER_HANDSHAKE_TIMEOUT_MS, kHandshakeMs);
-  // The window of a whole connection is 64 kB, which holds no 5 s of commands; the probe lets it
-  // grow on lines that are long.
+  // The window of a whole connection is 64 kB, too small for 5 s of commands; the bandwidth probe
+  // enlarges it on links with a long delay.
   builder->AddChannelArgument(GRPC_ARG_HTTP2_BDP_PROBE, 1);
   builder->AddChannelArgument(GRPC_ARG_HTTP2_STREAM_LOOKAHEAD_BYTES, kCommandWindow);
   builder->AddChannelArgument(GRPC_ARG_MAX_CONCURRENT_STREAMS, kMaxStreams);
-  // No keepalive by the server: gRPC 1.51 aborts if its timer meets a connection that closes. Lease
-  // and watchdog detect a cut link.
-  // No ping strikes: gRPC keeps an error for each ping until it has closed the connection, 100 MB
-  // in a moment. Admission control counts the bytes.
+  // No keepalive by the server: gRPC 1.51 aborts if its timer fires while a connection closes.
+  // Lease and watchdog detect a cut link. No ping strikes: gRPC stores an error for each ping until
+  // it has closed the connection, quickly 100 MB. Admission control counts the bytes.
   builder->AddChannelArgument(GRPC_ARG_HTTP2_MAX_PING_STRIKES, 0);
   builder->SetMaxReceiveMessageSize(takes_images ? kMaxImageBytes : kMaxRequestBytes);
   builder->SetResourceQuota(grpc::ResourceQuota("palpate").SetMaxThreads(kMaxStreams));
 }
 
-// gRPC's own log blocks if nobody reads it.
+// Replaces gRPC's log, which blocks if it is not read.
 void LogGrpc(gpr_log_func_args* entry) {
   spdlog::warn("gRPC: {}", entry->message);
 }
@@ -118,7 +118,7 @@ struct Server::Parts {
   // certificate is no longer valid, so that the tool holds.
   void DescribeClient(const grpc::ServerContextBase& context, double rate);
 
-  // Health follows the sensing.
+  // Sets the health status from the sensing.
   void UpdateHealth() const;
   void KeepHealthUpdated(const std::stop_token& stop) const;
 
@@ -150,7 +150,7 @@ void Server::Parts::Build(const std::filesystem::path& tls) {
   const auto credentials = CredentialsFrom(tls);
   gpr_set_log_function(LogGrpc);
   grpc::EnableDefaultHealthCheckService(true);
-  // Each of its streams holds a thread: for those on this machine.
+  // Reflection is for local clients only, because each of its streams occupies a thread.
   if (IsLoopback(endpoint.host)) grpc::reflection::InitProtoReflectionServerBuilderPlugin();
   grpc::ServerBuilder builder;
   Configure(TakesImages(slave), &builder);

@@ -63,7 +63,7 @@ class StateMailbox {
   mutable PriorityInheritanceMutex mutex_;  // guards the members below
   PriorityInheritanceCondition changed_;
   std::optional<SlaveState> slot_;
-  bool is_awaited_ = false;  // by a reader in WaitNewest
+  bool is_awaited_ = false;  // a reader waits in WaitNewest
   bool closed_ = false;
 };
 

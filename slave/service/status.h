@@ -1,4 +1,4 @@
-// How calls and streams end: a status code and a sentence of the slave.
+// Results of calls and streams: a status code and a message of the slave.
 #pragma once
 
 #include <exception>
@@ -17,7 +17,8 @@ namespace palpate {
 
 inline constexpr const char* kNewScene = "the slave starts again with a new scene: connect again";
 
-// How every stream ends when the slave stops. `starts_again`: with another scene.
+// Returns the status of every stream when the slave stops. `starts_again`: it restarts with another
+// scene.
 inline grpc::Status Stopping(bool starts_again = false) {
   return starts_again ? Error(v1::ERROR_REASON_NEW_SCENE, kNewScene)
                       : Error(v1::ERROR_REASON_STOPPING, "the slave is stopping");
@@ -70,7 +71,8 @@ template <class Reactor>
 class EndingStream : public Reactor {
  public:
   void OnCancel() override { End(grpc::Status::CANCELLED); }
-  void OnDone() override { const auto last = std::move(self_); }  // others may hold a different one
+  // Other threads may own the object.
+  void OnDone() override { const auto last = std::move(self_); }
 
  protected:
   // Ends the stream with `status` as soon as that is possible. The first status counts.

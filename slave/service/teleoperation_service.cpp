@@ -11,7 +11,8 @@ namespace {
 
 // Tactile samples need 80 kB/s; 4000 reports have 128 bytes each. [bytes/s]
 constexpr double kSampleRate = 256e3, kReportRate = 512e3;
-constexpr std::size_t kMaxReasonLength = 200;  // [characters]; what is longer is cut, never refused
+// [characters]; longer reasons are truncated, not rejected.
+constexpr std::size_t kMaxReasonLength = 200;
 
 // Answers with the result of `work`.
 template <class Work>
@@ -85,7 +86,7 @@ void TeleoperationService::RequireOperator(const grpc::CallbackServerContext& co
 grpc::ServerUnaryReactor* TeleoperationService::Reset(grpc::CallbackServerContext* context,
                                                       const v1::ResetRequest* request,
                                                       v1::Status* reply) {
-  // Whoever has no certificate has no role either, and may all that any role may.
+  // Without certificates there are no roles, and every client may do everything.
   const bool is_operator = IdentityOf(*context->auth_context()).role == "operator";
   return AnswerApart(context, [this, is_operator, context, request, reply] {
     RequireOperator(*context);

@@ -109,17 +109,18 @@ class TeleoperationService final : public CalledBack<v1::Teleoperation::Service>
   BulkPace& bulk_pace() { return bulk_pace_; }
 
  private:
-  // Runs `work` as a change of settings, if the slave has a set-up and nobody operates.
+  // Runs `work` as a change of settings, if the slave has a set-up and no operator holds the lease.
   grpc::Status SetUp(grpc::ServerContext* context,
                      const std::function<void(SceneSetup&, Progress*)>& work);
   // Answers when `work` has run after the others that may wait for the disk.
   grpc::ServerUnaryReactor* AnswerApart(grpc::CallbackServerContext* context,
                                         std::function<void()> work);
-  // Throws RejectedCall: neither the holder of the lease nor an admin calls.
+  // Throws RejectedCall unless the holder of the lease or an admin calls.
   void RequireOperator(const grpc::CallbackServerContext& context) const;
-  // Runs a watcher's stream: takes a seat, subscribes, streams and leaves. `prepare()` checks the
-  // request and returns the time between messages. `compose(state, &message)` builds the message of
-  // a new state; false: nothing is sent. `pace`: limits images and meshes; null: unlimited.
+  // Runs a watcher's stream: reserves a thread of the pool, subscribes, streams and unsubscribes.
+  // `prepare()` checks the request and returns the time between messages. `compose(state,
+  // &message)` builds the message of a new state; false: nothing is sent. `pace`: limits images and
+  // meshes; null: unlimited.
   template <class Message, class Prepare, class Compose>
   grpc::Status Watch(grpc::ServerContext* context, const Prepare& prepare, BulkPace* pace,
                      grpc::ServerWriter<Message>* writer, const Compose& compose);

@@ -17,7 +17,7 @@ constexpr std::string_view kWholeElements =
     "the elements under the tool are narrower or wider than it by more than model.tolerance takes "
     "of the force: use more of them";
 
-// A body that nothing else holds follows a single contact as a whole.
+// Requires supports: without them a body would follow a single contact as a whole.
 void RequireHeld(const Scene& scene, const Case& one, const std::vector<SolveRow>& rows) {
   const SolveRow& row = rows[one.front()];
   if (one.size() > 1 || row.contact.kind != Contact::Kind::kDisplacement) return;

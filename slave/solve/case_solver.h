@@ -29,13 +29,13 @@ class CaseSolver {
   CaseSolver(const Scene& scene, const ObjectMesh& mesh, DeformationModel* model)
       : scene_(scene), mesh_(mesh), model_(model), round_(scene, mesh) {}
 
-  // The rows of one case, answered from rest. False: it has no answer; the rows say so, and
-  // the model's failure() why. Throws std::invalid_argument: one contact alone, and neither
-  // supports nor gravity hold the object.
+  // Solves the rows of one case from rest. False: there is no solution, which the rows state; the
+  // model's failure() is the reason. Throws std::invalid_argument for a single contact on an object
+  // without supports and gravity.
   bool Solve(const Case& one, std::vector<SolveRow>* rows, Solution* solution);
 
  private:
-  // Range in which the force of a tool is known. The last one is kept, because successive rows
+  // Range in which the force of a tool is known. The last one is cached, because successive rows
   // usually have the same tool.
   struct Domain {
     Tool tool;

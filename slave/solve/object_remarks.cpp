@@ -36,7 +36,7 @@ Vector3d AddMesh(const MeshFileGeometry& geometry, Remarks* remarks) {
   return report.high_O - report.low_O;
 }
 
-// The size along the axes of O; zero: it is not known yet.
+// Returns the size along the axes of O; zero: not known yet.
 Vector3d SizeOf(const Geometry& geometry) {
   if (const auto* box = std::get_if<BoxGeometry>(&geometry)) return box->size;
   if (const auto* disc = std::get_if<MembraneGeometry>(&geometry)) {
@@ -83,7 +83,7 @@ std::vector<std::string> RemarksOnObject(const Scene& scene) {
   AddMaterial(scene, &remarks);
   Vector3d size = Vector3d::Zero();
   if (const auto* mesh = std::get_if<MeshFileGeometry>(&geometry)) {
-    size = AddMesh(*mesh, &remarks);  // which has a remark on its size
+    size = AddMesh(*mesh, &remarks);  // AddMesh has added the remark on its size
   } else {
     size = SizeOf(geometry);
     AddSize(size, &remarks);

@@ -10,7 +10,7 @@
 
 namespace palpate {
 
-// The tool of the last row is kept: rows that follow each other usually have the same.
+// The tool of the last row is cached, because successive rows usually have the same one.
 class RoundRows {
  public:
   // Both must outlive this.
@@ -29,7 +29,7 @@ class RoundRows {
   const Scene& scene_;
   const ObjectMesh& mesh_;
   double radius_ = 0;            // of press_ [m]
-  std::optional<double> depth_;  // likewise
+  std::optional<double> depth_;  // depth of the last row's tool
   std::optional<ToolPress> press_;
 };
 

@@ -20,7 +20,8 @@ constexpr Axes kPlace{"x", "y", "z"};
 constexpr Axes kMoved{"dx", "dy", "dz"};
 constexpr Axes kLoaded{"fx", "fy", "fz"};
 
-// The columns of contacts or loads, and those of their answers as WriteRows writes them.
+// Opens a table with the columns of contacts or loads, and optionally those of their answers from
+// WriteRows.
 CsvTable OpenTable(const std::filesystem::path& file, bool moved, bool planar,
                    const RowRules& rules) {
   const auto length = Quantity::kLength, force = Quantity::kForce;
@@ -48,7 +49,7 @@ Eigen::Vector3d Vector(const CsvTable& table, const Axes& axes) {
   return {table.Number(axes[0]), table.Number(axes[1]), table.Number(axes[2])};
 }
 
-// NaN where there is no number.
+// Returns the vector; NaN for missing numbers.
 Eigen::Vector3d VectorOrNone(const CsvTable& table, const Axes& axes) {
   Eigen::Vector3d v = Vector(table, axes);
   for (const int axis : {0, 1, 2}) {
@@ -57,7 +58,7 @@ Eigen::Vector3d VectorOrNone(const CsvTable& table, const Axes& axes) {
   return v;
 }
 
-// A planar object moves in its plane, a membrane across it.
+// Refuses other components: a planar object moves in its plane, a membrane along its normal.
 void RefuseOtherAxes(const RowValues& values, const Axes& axes, const ObjectMesh& mesh,
                      const RefuseColumn& refuse) {
   if (std::holds_alternative<BoundaryMesh>(mesh) && values.prescribed_O.z() != 0) {
@@ -70,8 +71,8 @@ void RefuseOtherAxes(const RowValues& values, const Axes& axes, const ObjectMesh
   }
 }
 
-// The row's tool: the scene's with what the columns say. `radius` makes it round, or flat if 0;
-// `width` is that of a flat one, `depth` its extent through the thickness of a planar object.
+// Sets the row's tool: that of the scene, changed by the columns. `radius` makes it round, or flat
+// if 0; `width` is that of a flat one, `depth` its extent through the thickness of a planar object.
 void SetTool(const RowValues& values, const RowRules& rules, double largest,
              const RefuseColumn& refuse, SolveRow* row) {
   const bool moved = row->contact.kind == Contact::Kind::kDisplacement;

@@ -33,19 +33,19 @@ struct SolveRow {
   Eigen::Vector3d known_O{0, 0, 0};
 };
 
-// Whether a round tool presses the row.
+// Returns whether the row has a round tool.
 inline bool IsPressedRound(const SolveRow& row) {
   return row.contact.kind == Contact::Kind::kDisplacement && row.tool.shape == Tool::Shape::kRound;
 }
 
-// How the rows of a file are read.
+// Rules for reading the rows of a file.
 struct RowRules {
   Tool tool;  // of the scene; a flat one without width: it has none
-  // Whether the model computes the contact of that tool itself. Rows then have no other tool.
+  // The model computes the contact region of that tool itself. Rows then have no other tool.
   bool shaped = false;
   bool dynamic = false;          // a column `t` is read
   bool needs_answers = false;    // the forces of contacts must be there
-  bool has_free_points = false;  // a load may be absent: a point that bears none
+  bool has_free_points = false;  // a row may have no load: a measured point without load
 };
 // Rows under the scene's tool, of a table that `solve` reads. Throws std::invalid_argument: no kind
 // of model.
@@ -57,7 +57,7 @@ struct RowValues {
   Eigen::Vector3d prescribed_O{0, 0, 0};             // displacement [m] or force [N]
   std::optional<double> width{}, radius{}, depth{};  // [m]
 };
-// Throws: the value of `column` is not what is accepted.
+// Throws an error: the value of `column` is not accepted.
 using RefuseColumn = std::function<void(std::string_view column, const std::string& accepted)>;
 
 // Contacts and loads on an object from values.
@@ -98,10 +98,10 @@ inline double ErrorOf(const ContactResponse& response) {
 //
 // Rows that touch an outline or a volume at a point.
 std::string WidthRemark(const Scene& scene, const std::vector<SolveRow>& rows);
-// Rows that lie farther from the surface than a hundredth of the object's size: they act at the
-// nearest place of it.
+// Returns a remark on rows that are farther from the surface than a hundredth of the object's size:
+// they act at its nearest point.
 std::string PlaceRemark(const ObjectMesh& mesh, const std::vector<SolveRow>& rows);
-// How many rows are extrapolated and why: one sentence per reason, with the first such row.
+// Returns how many rows are extrapolated and why: one sentence per reason, with the first such row.
 std::vector<std::string> FlagRemarks(const std::vector<SolveRow>& rows);
 
 // Load history of one position.
@@ -114,8 +114,8 @@ class PlaceHistory {
   [[nodiscard]] bool Takes(const SolveRow& row) const;
   void Add(const SolveRow& row);
 
-  // Linear between rows; the first row's value before it, the last one's after it.
-  // Without times: constant.
+  // Returns the contact at time `t`: linear between rows, constant before the first and after the
+  // last row. Without times it is constant.
   [[nodiscard]] Contact At(double t) const;
   [[nodiscard]] double end() const { return values_.rbegin()->first; }  // [s]
 

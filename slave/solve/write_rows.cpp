@@ -10,7 +10,7 @@
 namespace palpate {
 namespace {
 
-// A name as a cell: in quotes where it has a separator or a quote.
+// Returns a name as a cell, in quotes if it contains a separator or a quote.
 std::string InQuotes(const std::string& name) {
   if (name.find_first_of(",;\"") == std::string::npos) return name;
   std::string cell = "\"";

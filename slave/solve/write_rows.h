@@ -1,4 +1,5 @@
-// The table of rows and answers. It is apart from solve_rows.h, whose users need no protocol.
+// Writes the table of rows and answers. It is separate from solve_rows.h, whose users do not need
+// the protocol.
 #pragma once
 
 #include <filesystem>

@@ -8,7 +8,7 @@
 namespace palpate {
 namespace {
 
-constexpr double kTail = 0.025;  // beyond either end
+constexpr double kTail = 0.025;  // probability beyond either end
 
 }  // namespace
 

@@ -7,12 +7,13 @@ struct Interval {
   double value = 0, low = 0, high = 0;
 };
 
-// How many standard errors of a mean reach to either end, with so many degrees of freedom (> 0).
+// Returns the half width of an interval of a mean in standard errors, for `freedom` degrees of
+// freedom (> 0).
 double StudentReach(double freedom);
 
-// Interval of a share that was `share` in `trials` independent trials (> 0). The share may lie
-// between two counts; the interval is that of the count on the safe side. Source: Clopper and
-// Pearson (1934).
+// Returns the interval of a probability that was observed as `share` in `trials` independent trials
+// (> 0). If the share is between two counts, the interval is that of the count on the safe side.
+// Source: Clopper and Pearson (1934).
 Interval ShareInterval(double share, int trials);
 
 }  // namespace palpate

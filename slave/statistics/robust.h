@@ -1,4 +1,4 @@
-// Robust statistics of samples of which some may be wrong. Header only. Allocation-free.
+// Robust statistics of samples that may contain outliers. Header only. Allocation-free.
 //
 // Source: Huber and Ronchetti, Robust Statistics (2009), 4.
 #pragma once
@@ -14,8 +14,8 @@ inline constexpr double kSigmaPerMedian = 1.4826;
 // Tukey's biweight ends here [standard deviations]: 95 % efficient for normal errors.
 inline constexpr double kBiweightCut = 4.685;
 
-// The upper one of the two in the middle where their number is even. `values`: not empty; their
-// order changes.
+// Returns the median; for an even number of values the upper one of the two central values.
+// `values`: not empty; their order changes.
 template <std::ranges::random_access_range Values>
 std::ranges::range_value_t<Values> MedianOf(Values&& values) {
   const auto middle = std::ranges::begin(values) + std::ranges::ssize(values) / 2;

@@ -16,7 +16,8 @@
 namespace palpate::study {
 namespace {
 
-// Returns why the scene cannot run on it, whatever its figures; empty: it can.
+// Returns why the scene cannot run with this row's model, independent of error and rate; empty: it
+// can.
 std::string Unfit(const Scene& scene, const StudyRow& row) {
   const ModelKind* kind = FindModelKind(row.kind);
   if (kind == nullptr || kind->object != ObjectClass::kVolume) return {};
@@ -53,7 +54,7 @@ RejectedModel Rejected(const StudyRow& row, std::string why) {
   return {row.name(), std::move(why), row.error.value, row.update_p99_s, row.precompute_s};
 }
 
-// The front first, then what answered, then the others.
+// Sorts the rows: the Pareto front first, then those with an answer, then the others.
 void Sort(std::vector<StudyRow>* rows) {
   std::ranges::stable_sort(*rows, {}, [](const StudyRow& row) {
     return std::pair(!row.on_front, row.outcome != Outcome::kAnswered);
@@ -69,7 +70,7 @@ Scene WithModel(const Scene& scene, const StudyRow& row) {
   return decided;
 }
 
-// The rows that the scene can run on; the others go to `rejected`.
+// Returns the rows that fit the scene; the others are added to `rejected`.
 std::vector<StudyRow> FitRows(const Scene& scene, std::vector<StudyRow> rows,
                               std::vector<RejectedModel>* rejected) {
   std::erase_if(rows, [&](const StudyRow& row) {
@@ -81,8 +82,8 @@ std::vector<StudyRow> FitRows(const Scene& scene, std::vector<StudyRow> rows,
   return rows;
 }
 
-// Returns whether a volume's reference at several places takes some seconds, not minutes; a box's
-// needs no more cells than it is cut into for the tool.
+// Returns whether a volume's reference at several places takes some seconds, not minutes; boxes are
+// always graded quickly.
 bool IsQuicklyGraded(const Scene& scene) {
   constexpr std::size_t kMaxTets = 3'000;
   if (HoldsByNumber(scene)) return false;
@@ -92,11 +93,12 @@ bool IsQuicklyGraded(const Scene& scene) {
   return solid != nullptr && solid->tets.size() <= kMaxTets;
 }
 
-// The solid that cameras see takes a second for each radius: a few radii, all around.
+// Moves the contacts to few radii, because the solid for camera measurements takes a second for
+// each radius.
 void KeepToFewRadii(const Geometry& geometry, std::vector<Eigen::Vector3d>* places) {
   const auto* membrane = std::get_if<MembraneGeometry>(&geometry);
   if (membrane == nullptr) return;
-  constexpr double kRaster = 2.0 / 13;  // between them, of the membrane's radius
+  constexpr double kRaster = 2.0 / 13;  // distance between radii, relative to the membrane's radius
   const double raster = kRaster * membrane->radius;
   for (Eigen::Vector3d& p_O : *places) {
     const double radius = p_O.norm();
@@ -142,7 +144,7 @@ std::optional<Scene> DecidedBy(StudyResult study, const Scene& scene) {
 }
 
 std::vector<Eigen::Vector3d> PlacesToDecide(const Scene& scene) {
-  // From 29 on they bound what nine of ten places stay within (BeyondBound).
+  // At least 29 are needed for a 95 % bound of the 90th percentile (BeyondBound).
   constexpr int kOnOutline = 128, kMinOnSurface = 29;
   const bool has_own = !scene.study_contacts.empty() || !scene.tool;
   if (has_own) return {};
@@ -158,7 +160,7 @@ std::vector<Eigen::Vector3d> PlacesToDecide(const Scene& scene) {
 StudySettings QuickSettings(const Scene& scene, double budget_s) {
   StudySettings settings;
   settings.places = PlacesToDecide(scene);
-  // Tetrahedra at many places take longer than a tool on an outline.
+  // Volumes take longer at many positions than planar objects.
   const bool at_many = IsVolume(scene.object.geometry) && settings.places.size() >= kMany;
   settings.budget_s = budget_s * (at_many ? 2 : 1);
   settings.counted = true;
@@ -169,7 +171,7 @@ StudySettings QuickSettings(const Scene& scene, double budget_s) {
 
 std::optional<Scene> DecideQuickly(const Scene& scene, const ModelFactory& factory, double budget_s,
                                    const std::stop_token& stop, Progress* progress) {
-  Scene weightless = scene;  // a press adds the same force to whatever weight there is
+  Scene weightless = scene;  // the force of a press does not depend on the weight
   weightless.model.fem.gravity_O.setZero();
   const StudySettings settings = QuickSettings(scene, budget_s);
   return DecidedBy(RunStudy(weightless, settings, factory, stop, {{}, progress}), scene);

@@ -24,10 +24,10 @@ ModelDecision StatedOf(const StudyRow& row);
 std::optional<Scene> DecidedBy(StudyResult study, const Scene& scene);
 
 inline constexpr double kQuickBudget = 3;  // [s]
-// Contacts of a study that decides for a whole object: if the scene names none, several that are
-// spread evenly over all ReachablePlaces. Empty: the study's default, also for mesh files with more
-// than 3000 tetrahedra or a round tool, which would take minutes, and for nodes that are fixed by
-// number; the decision then says so.
+// Returns the contacts of a study that decides for a whole object: if the scene names none, several
+// that are spread evenly over all ReachablePlaces. Empty: the study's default. It is also empty for
+// mesh files with more than 3000 tetrahedra or a round tool, which would take minutes, and for
+// nodes that are fixed by number; the decision then states this.
 std::vector<Eigen::Vector3d> PlacesToDecide(const Scene& scene);
 // A quick study skips expensive models and repetitions; volumes with many contacts get twice the
 // time.
@@ -42,7 +42,7 @@ std::optional<Scene> DecideQuickly(const Scene& scene, const ModelFactory& facto
 // plane model will do, or the extruded one does not fit. About a second.
 std::optional<Scene> DecideOnThickness(const Scene& scene);
 
-// The scene's own model as a study states it, at the contacts that it asks by itself.
+// The study's result for the scene's own model, at the study's default contacts.
 struct OwnModel {
   PressSpec question;
   StudyRow row;

@@ -15,9 +15,9 @@
 namespace palpate::study {
 namespace {
 
-// Rough priors [s]; a study corrects them by what it measures. Dense: LU and inverse. Sparse:
-// solves of three-dimensional meshes, those of the precompute and of all presses. [measured: boxes
-// of 100 to 32,000 degrees of freedom, 29 presses each]
+// Rough estimates of times [s]; a study corrects them by measured ones. Dense: LU and inverse.
+// Sparse: solutions on three-dimensional meshes for the precomputation and for all presses.
+// [measured: boxes of 100 to 32,000 degrees of freedom, 29 presses each]
 double DenseSeconds(std::size_t dof) {
   const double n = static_cast<double>(dof);
   return 0.02 + 2e-7 * n * n + 1.5e-10 * n * n * n;
@@ -35,7 +35,7 @@ double Perimeter(const BoundaryMesh& mesh) {
 Candidate Start(const Scene& scene, std::string kind, std::string family) {
   Candidate c;
   c.scene = scene;
-  c.scene.object.material.relaxation.clear();  // presses of a study are answered at once
+  c.scene.object.material.relaxation.clear();  // a study solves presses without relaxation
   c.scene.model.kind = std::move(kind);
   c.family = std::move(family);
   return c;
@@ -46,9 +46,8 @@ bool IsOwn(const Scene& scene, const Candidate& c) {
   return c.own && IsSameModel(scene.model, c.scene.model);
 }
 
-// --- planar objects
-// Element counts for which whole numbers of elements lie under the tool, so that what is left of
-// the error is the method's; coarser ones below, for who is in a hurry.
+// --- planar objects Element counts for which a whole number of elements is under the tool, so that
+// the remaining error is that of the method; and coarser ones for speed.
 std::set<int> ElementCounts(const Scene& scene, const PressSpec& question) {
   constexpr int kMinElements = 20, kMaxElements = 1500;
   constexpr double kNearlyWhole = 2e-3;
@@ -70,8 +69,8 @@ std::set<int> ElementCounts(const Scene& scene, const PressSpec& question) {
       double mismatch = 0;
       for (std::size_t i = 0; i < question.presses.size(); i += question.presses.size() / 32 + 1) {
         Press press = question.presses[i];
-        // With many presses, the mesh is chosen beside them: a mesh that fits the judged places
-        // exactly would look too accurate.
+        // With many presses the mesh is independent of them, because a mesh that fits the tested
+        // positions exactly would seem too accurate.
         if (question.presses.size() > 2) press.p_O += 0.3 * question.width * press.along_O;
         mismatch =
             std::max(mismatch, std::abs(WidthMismatch(mesh, trial.model, press, question.width)));
@@ -92,7 +91,7 @@ std::string OrderName(ElementOrder order) {
                                           : "quadratic";
 }
 
-// Its mesh is made for the tool: there is one.
+// Adds one candidate, because its mesh is made for the tool.
 void AddExtruded(const Scene& scene, std::vector<Candidate>* candidates) {
   Candidate c = Start(scene, "extruded", "extruded");
   c.resolution = "as the tool needs";
@@ -131,9 +130,9 @@ Candidate StartMembrane(const Scene& scene, const ModelKind& kind) {
   return c;
 }
 
-// Modes resolve what is about as wide as the radius by their number.
+// The resolution of modes is about the radius divided by their number.
 void AddModes(const Scene& scene, const ModelKind& kind, std::vector<Candidate>* candidates) {
-  constexpr int kOwnChoice = 12;  // of the model
+  constexpr int kOwnChoice = 12;  // number of modes that the model chooses
   const int own = scene.model.modes > 0 ? scene.model.modes : kOwnChoice;
   const double radius = std::get<MembraneGeometry>(scene.object.geometry).radius;
   for (const int modes : std::set<int>{own, 6, 8, 12, 16, 20}) {

@@ -21,14 +21,14 @@ struct CandidateLimits {
   std::vector<std::string> families = {};  // only these; empty: all
   bool linear_fem = true;  // `fem` with the linear law, whose answers are those of `fem-green`
   bool own = false;        // only the scene's own model
-  bool large = true;       // also models of large deformation at that resolution
+  bool large = true;       // includes models of large deformation at that resolution
 };
 
 // Returns whether both are one model, but for its resolution.
 bool IsSameModel(const ModelOptions& a, const ModelOptions& b);
 
-// Cheapest first, and numbered so. The scene's own model (none of the kind `auto`) and its
-// resolution are always included; its other options are kept.
+// Returns the candidates, the cheapest first, numbered in this order. The scene's own model (none
+// of the kind `auto`) and its resolution are always included; its other options are kept.
 std::vector<Candidate> CandidatesFor(const Scene& scene, const PressSpec& question,
                                      const CandidateLimits& limits = {});
 

@@ -29,8 +29,8 @@ namespace {
 
 using Eigen::Vector3d;
 
-constexpr int kSteps = 4;  // from the small depth to the full one, as a hand would go
-constexpr double kNarrow = 0.75, kWide = 1.4;  // of the tool's width, for the slope
+constexpr int kSteps = 4;  // steps from the small depth to the full one, as in a manual press
+constexpr double kNarrow = 0.75, kWide = 1.4;  // factors on the tool's width to determine the slope
 constexpr std::size_t kMinRepeats = 5, kMaxRepeats = 1000;
 constexpr int kHop = 10;  // every tenth update touches other elements
 
@@ -44,12 +44,12 @@ PressAnswers AnswerTo(const SeenPress& seen, LoadIdentifier* identifier) {
   return {answer, answer, 0, 0};
 }
 
-// Finds the elements of places, as the tracker does before it asks the model.
+// Finds the elements of positions, as the tracker does before it queries the model.
 class Finder {
  public:
   explicit Finder(const ObjectMesh& mesh) : mesh_(mesh), skin_(SurfaceOf(mesh)) {}
   [[nodiscard]] const SurfaceMesh& skin() const { return skin_; }
-  // -1 where the model has no elements.
+  // Returns the element at a position; -1 for models without elements.
   [[nodiscard]] int ElementAt(const Vector3d& p_O) const {
     if (const auto* boundary = std::get_if<BoundaryMesh>(&mesh_)) {
       return FindElement(*boundary, p_O.head<2>());
@@ -92,7 +92,7 @@ class Trial {
         tool_(candidate.scene, ToolOf(candidate.scene, question), mesh),
         grows_(IsTouchedRound(candidate.scene)),
         options_(candidate.scene.model),
-        // A model that finds where a tool touches moves it in increments of its own.
+        // A model that determines the touched nodes uses its own increments.
         steps_(candidate.linear || ShapesTool(candidate.scene) ? 1 : kSteps),
         mesh_(mesh),
         finder_(mesh),
@@ -116,9 +116,9 @@ class Trial {
     return answers;
   }
 
-  // Seconds of single updates: the tool goes deeper and back and, now and then, on to other
-  // elements, which is what the slowest percent shows. The same updates are repeated three times
-  // and the shortest of each counts, so that no delay by the machine is taken for the model's.
+  // Measures single updates [s]: the tool moves deeper and back, and sometimes to other elements,
+  // which determines the slowest percent. The updates are repeated three times and the shortest
+  // time of each is used, to exclude delays by the machine.
   std::vector<double> Updates(const Press& press, double timing_s) {
     constexpr std::size_t kPasses = 3;
     std::array<std::vector<double>, kPasses> passes{Pass(press, timing_s, kMaxRepeats)};
@@ -156,8 +156,8 @@ class Trial {
     return seconds;
   }
 
-  // The time of a long update is processor time, which other programs do not change; that clock is
-  // too slow for short ones, of which they interrupt few.
+  // Long updates are measured in processor time, which other programs do not affect. That clock is
+  // too slow for short updates, which are rarely interrupted.
   double SecondsOf(const Contact& contact) {
     constexpr double kShort = 1e-4;  // [s]
     const double worked = factory_.work ? factory_.work() : 0;
@@ -196,7 +196,7 @@ class Trial {
     return response;
   }
 
-  // The force that `depth` takes of a tool this much wider.
+  // Returns the force at `depth` for a tool that is wider by this factor.
   study::Answer At(const Press& press, double depth, double width_share) {
     const double width = width_share * question_.width;
     return press.loaded ? Push(press, depth, width) : Move(press, depth, width);
@@ -236,7 +236,8 @@ class Trial {
     return {force * depth / displacement, validity, flag_reason, false};
   }
 
-  // The load's area is the tool's own on every mesh; its rim is as blurred as the mesh is coarse.
+  // Returns whether the mesh is too coarse: the load's area is that of the tool on every mesh, but
+  // a coarse mesh blurs its rim.
   [[nodiscard]] bool IsCoarseUnder(const Press& press, double width) const {
     const auto place = FindPlace(finder_.skin(), press.p_O);
     if (!place) return false;
@@ -246,8 +247,8 @@ class Trial {
     return IsPatchCoarse(cover);
   }
 
-  // How the force grows with the width that the mesh gives the tool; NaN: the mesh is too coarse to
-  // determine it. 0 where nothing is to be corrected: a plate takes the width as it is.
+  // Returns the growth of the force with the tool's discretised width; NaN: the mesh is too coarse
+  // to determine it. It is 0 for plates, which use the exact width.
   double SlopeOf(const Press& press) {
     if (touch_ || grows_ || TakesWidthAsItIs(mesh_)) return 0;
     const auto seen = [&](double share, const study::Answer& answer) {
@@ -262,14 +263,15 @@ class Trial {
   }
 
   std::unique_ptr<DeformationModel> made_;
-  std::unique_ptr<TouchModel> touch_;  // null: the model's answers are the slave's
+  std::unique_ptr<TouchModel> touch_;  // null: the slave uses the model's answers unchanged
   DeformationModel& model_;
   ToolPress tool_;
-  const bool grows_;  // the contact of the tool, with its depth
+  const bool grows_;  // whether the contact area grows with the depth
   Solution pressed_;
   const ModelOptions& options_;
   const int steps_;
-  std::optional<double> slope_;  // of many presses that at the first, which no error hangs on
+  // Slope; with many presses, that of the first one, since no error depends on it.
+  std::optional<double> slope_;
   const ObjectMesh& mesh_;
   Finder finder_;
   const PressSpec& question_;

@@ -49,7 +49,7 @@ double Volume(const SolidMesh& mesh) {
   return sum;
 }
 
-// Nodes named one by one: those that refinement puts between two of them are held as well.
+// For nodes fixed by number: refined nodes between two of them are fixed as well.
 void HoldBetween(const SolidMesh& coarse, const SolidMesh& fine, std::vector<int>* nodes) {
   const std::set<int> held(nodes->begin(), nodes->end());
   const auto key = [](const Vector3d& p) { return std::array<double, 3>{p.x(), p.y(), p.z()}; };
@@ -71,7 +71,7 @@ void HoldBetween(const SolidMesh& coarse, const SolidMesh& fine, std::vector<int
   nodes->insert(nodes->end(), more.begin(), more.end());
 }
 
-// The supports of `scene` on its mesh refined once more; `mesh` becomes that mesh.
+// Refines `mesh` once and returns the supports of `scene` on it.
 void RefineSupports(SolidMesh* mesh, Scene* scene) {
   SolidMesh fine = Refined(*mesh);
   for (Fixed& fixed : scene->object.fixed) {

@@ -16,7 +16,7 @@ struct Division {
   bool own = false;         // the scene's own
   bool between = false;     // for models that cannot afford the next one, to see their convergence
   std::size_t nodes = 0, tets = 0;  // expected
-  double presses = 1;               // that each model answers
+  double presses = 1;               // number of presses that each model answers
 };
 
 // Coarser and finer cells of a box, refinements of other volumes (and of a box that is fixed by

@@ -56,7 +56,7 @@ Press OnMembrane(const Vector3d& p_O) {
   return {p_O, -Vector3d::UnitZ(), Vector3d::UnitX()};
 }
 
-// At the centre where home is not over the membrane.
+// Returns the press below home, or at the centre if home is not above the membrane.
 Press UnderHome(const Scene& scene, double radius) {
   const Vector3d home_O = scene.object.X_SO.inverse() * scene.manipulator.home;
   const bool over = home_O.head<2>().norm() < radius;
@@ -69,7 +69,7 @@ Press OnTriangle(const SurfaceMesh& surface, int triangle, const Vector3d& p_O) 
   return {p_O, -Normal(surface, triangle), edge.normalized()};
 }
 
-// Where the ray leaves the surface last; nullopt: it never meets it.
+// Returns where the ray leaves the surface last; nullopt: it does not intersect it.
 std::optional<Press> LastExit(const SurfaceMesh& surface, const Vector3d& from,
                               const Vector3d& way) {
   std::optional<Press> exit;
@@ -153,12 +153,12 @@ class Cut {
       : corners_(corners), centre_(centre), radius_(radius) {
     Add(Matrix3d::Identity(), area, 0);
   }
-  // Integral of l l^T, l the barycentric coordinates, over what lies in the ball [m^2]. The sum of
-  // all entries is the area, since coordinates sum up to 1.
+  // Integral of l l^T, l the barycentric coordinates, over the part of the triangle in the ball
+  // [m^2]. The sum of all entries is the area, since coordinates sum up to 1.
   [[nodiscard]] const Matrix3d& moment() const { return moment_; }
 
  private:
-  // `piece`: its corners' coordinates as columns.
+  // `piece`: the coordinates of its corners as columns.
   void Add(const Matrix3d& piece, double area, int depth) {
     const Vector3d middle = piece.rowwise().mean();
     double reach = 0;

@@ -20,14 +20,14 @@ struct Press {
   Eigen::Vector3d p_O{0, 0, 0};       // centre of the patch at rest [m]
   Eigen::Vector3d inward_O{0, 0, 0};  // unit vector
   Eigen::Vector3d along_O{0, 0, 0};   // unit tangent: direction of a moved contact
-  bool loaded = false;                // by an even pressure
+  bool loaded = false;                // loaded by a uniform pressure
 };
 
 inline constexpr std::size_t kMany =
     3;  // contacts, a sample of possible positions relative to the mesh
 
-// SeenPress is what the cameras in front of a membrane measure of a press: the slave finds its
-// force from the shape that the points take, not from the depth of the tool.
+// SeenPress is a press of a membrane as its cameras measure it: the slave estimates the force from
+// the displaced points, not from the depth of the tool.
 struct SeenPress {
   double force = 0;  // along the press at full depth [N]
   // From rest to full depth; without noise, each point with its covariance.
@@ -64,12 +64,12 @@ struct LoadPoint {
   double share = 0;  // of the load; all of them sum up to 1
 };
 
-// Points whose loads do the work of a load spread evenly over all that lies within width / 2 of
-// `p_O` and faces against `inward_O` (within 60 degrees, so that a thin object is pushed on one
-// side). Exact where the displacement is linear within a triangle, but for the edge of the disc,
-// which is cut out in steps of a 64th of the triangles' edges; with `quadratic` also where it is a
-// parabola: then the points are the six nodes, and some shares are negative. Empty: nothing lies
-// there.
+// Returns point loads that are equivalent to a uniform load on the surface within width / 2 of
+// `p_O` that faces against `inward_O` (within 60 degrees, so that a thin object is pushed on one
+// side). They are exact for displacements that are linear within a triangle, except at the edge of
+// the disc, which is resolved in steps of a 64th of the triangles' edges; with `quadratic` also for
+// quadratic displacements: then the points are the six nodes, and some shares are negative. Empty:
+// there is no such surface.
 std::vector<LoadPoint> RoundLoad(const SurfaceMesh& surface, const Eigen::Vector3d& p_O,
                                  const Eigen::Vector3d& inward_O, double width, bool quadratic);
 

@@ -18,11 +18,13 @@ namespace {
 using Eigen::Vector2d;
 using Eigen::Vector3d;
 
-constexpr double kFreeWidth = 2;   // of the tool's width, must be free
-constexpr double kStraight = 0.9;  // cosine between normals under it
-constexpr double kWithin = 0.6;    // of a membrane's radius
+constexpr double kFreeWidth = 2;   // free width required, relative to the tool's width
+constexpr double kStraight = 0.9;  // smallest cosine between normals under the tool
+// Largest distance from the centre, relative to a membrane's radius.
+constexpr double kWithin = 0.6;
 
-// The piece in which a share of all sizes ends, and the share of that piece.
+// Returns the piece that contains the fraction `share` of the cumulative size, and the fraction
+// within that piece.
 std::pair<std::size_t, double> PieceAt(const std::vector<double>& sizes, double share) {
   double rest = share * std::accumulate(sizes.begin(), sizes.end(), 0.0);
   std::size_t at = 0;
@@ -32,7 +34,7 @@ std::pair<std::size_t, double> PieceAt(const std::vector<double>& sizes, double 
 
 std::vector<Vector3d> OnOutline(const Scene& scene, double width,
                                 const std::vector<double>& shares) {
-  constexpr int kPieces = 3989;  // prime: lies under no mesh evenly
+  constexpr int kPieces = 3989;  // prime, so that it is not commensurate with any mesh
   Scene fine = scene;
   if (!HoldsByNumber(scene)) fine.model.elements = kPieces;
   const BoundaryMesh mesh = MeshOutline(fine, std::nullopt);
@@ -65,7 +67,7 @@ std::vector<double> AreasOf(const SurfaceMesh& skin) {
   return areas;
 }
 
-// Fixed parts are known by their nodes, so the triangles must be small.
+// Fixed parts are known only at nodes, so the triangles must be small.
 SurfaceMesh FineSkin(const Scene& scene, double width) {
   constexpr std::size_t kMaxTriangles = 6'000;
   SurfaceMesh skin = SurfaceOf(MeshObject(scene, std::nullopt));
@@ -80,7 +82,8 @@ double Fraction(double x) {
   return x - std::floor(x);
 }
 
-// Anywhere on a triangle: its middle would lie in every mesh of its kind alike.
+// Returns a point anywhere on a triangle; centres would have the same position in every mesh of a
+// kind.
 Vector3d OnFacet(const SurfaceMesh& skin, const std::vector<double>& areas, double share) {
   constexpr double kStripes = 100 * std::numbers::phi;
   const auto [at, within] = PieceAt(areas, share);
@@ -94,7 +97,7 @@ Vector3d OnFacet(const SurfaceMesh& skin, const std::vector<double>& areas, doub
 // a gap would otherwise get too many presses.
 std::vector<Vector3d> OnSkin(const Scene& scene, double width, const std::vector<double>& shares) {
   constexpr int kMaxMissed = 300;
-  constexpr double kOnObject = 0.97;  // of the tool's face
+  constexpr double kOnObject = 0.97;  // smallest supported part of the tool's face
   const SurfaceMesh skin = FineSkin(scene, width);
   const HeldNodes held = FixedNodeDofs(scene, skin.nodes);
   const double face = 0.25 * std::numbers::pi * width * width;
@@ -112,7 +115,7 @@ std::vector<Vector3d> OnSkin(const Scene& scene, double width, const std::vector
   };
   const std::vector<double> areas = AreasOf(skin);
   std::vector<Vector3d> places;
-  int missed = 0;  // in a row
+  int missed = 0;  // consecutive misses
   for (double share : shares) {
     Vector3d p_O = OnFacet(skin, areas, share);
     while (missed < kMaxMissed && !carries(p_O)) {
@@ -128,7 +131,7 @@ std::vector<Vector3d> OnSkin(const Scene& scene, double width, const std::vector
 }
 
 std::vector<Vector3d> OnMembrane(double radius, const std::vector<double>& shares) {
-  constexpr double kTurns = 7;  // while the radius grows
+  constexpr double kTurns = 7;  // turns of the spiral while the radius grows
   std::vector<Vector3d> places;
   for (const double share : shares) {
     const double r = kWithin * radius * std::sqrt(share),

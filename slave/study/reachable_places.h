@@ -17,8 +17,8 @@ namespace palpate::study {
 std::vector<Eigen::Vector3d> ReachablePlaces(const Scene& scene, double width,
                                              const std::vector<double>& shares);
 
-// Returns a share in each of `count` equal parts, each elsewhere in its part, so that neither a
-// symmetry of the object nor its mesh repeats them.
+// Returns one position in each of `count` equal parts of [0, 1], at a different position within
+// each part, so that no symmetry of the object or its mesh repeats them.
 std::vector<double> SpreadShares(int count);
 
 }  // namespace palpate::study

@@ -44,7 +44,8 @@ double Stiffness(const Scene& scene, const Press& press, double width,
   return unit * way.dot(bonded.stiffness * way);
 }
 
-// Under a round tool: at this displacement, since its contact grows with it.
+// Returns the force under a round tool at this displacement, because its contact grows with the
+// depth.
 double RoundForce(const Scene& scene, const Press& press, double depth) {
   const simulation::TrueBody body(scene);
   const auto solution =
@@ -55,10 +56,13 @@ double RoundForce(const Scene& scene, const Press& press, double depth) {
          way.dot(simulation::Touched(*solution.round, depth * way, 0).total());
 }
 
-constexpr double kGood = 0.05;    // an independent answer's own bar, relative
-constexpr double kRound = 1e-3;   // of a round tool's true contact (round_touch_test), relative
-constexpr double kOfLaw = 0.3;    // of its own size: what a plate's law leaves out, see plate_law.h
-constexpr double kOneMesh = 0.3;  // of its own effect: a nonlinearity known from one mesh only
+constexpr double kGood = 0.05;  // largest relative uncertainty of an independent answer
+// Relative uncertainty of a round tool's reference contact (round_touch_test).
+constexpr double kRound = 1e-3;
+// Relative uncertainty of the error of a plate's law, see plate_law.h.
+constexpr double kOfLaw = 0.3;
+// Relative uncertainty of a nonlinearity that is known from one mesh only.
+constexpr double kOneMesh = 0.3;
 constexpr const char* kIndependent = "finite elements";
 
 struct Limit {
@@ -96,7 +100,7 @@ std::map<std::string, std::vector<const StudyRow*>> Families(const std::vector<S
   return families;
 }
 
-// d ln force / d ln width: of the finest member that determines it, else of none.
+// Returns d ln force / d ln width of the finest member that determines it.
 double SlopeOf(const std::vector<const StudyRow*>& members, std::size_t press) {
   for (const StudyRow* row : members) {
     const double slope = row->answers[press].width_slope;
@@ -105,7 +109,7 @@ double SlopeOf(const std::vector<const StudyRow*>& members, std::size_t press) {
   return 0;
 }
 
-// `loaded`: every mesh saw the same load, so nothing is left to correct.
+// `loaded`: every mesh got the same load, so that no correction is needed.
 std::optional<Limit> LimitOf(const std::vector<const StudyRow*>& members, std::size_t press,
                              bool loaded) {
   const StudyRow& finest = *members.front();
@@ -131,7 +135,8 @@ std::optional<Limit> LimitOf(const std::vector<const StudyRow*>& members, std::s
                std::abs(limit.limit.value - nearest)};
 }
 
-// The nearest thing to a second opinion: of another kind if there is one, of small bar.
+// Returns the best independent limit for comparison: of another formulation if there is one, with a
+// small uncertainty.
 const Limit* SecondOpinion(const std::vector<Limit>& limits, const Limit& best) {
   const Limit* second = nullptr;
   const auto rank = [&](const Limit& l) {
@@ -144,8 +149,9 @@ const Limit* SecondOpinion(const std::vector<Limit>& limits, const Limit& best) 
   return second;
 }
 
-// Force by depth of finite elements graded for the press, as fine as a study has time for; of many
-// presses rough, and finer for a check. A box is `WithFewCells`.
+// Returns the force per depth from finite elements graded for the press, as fine as the study's
+// time permits; for many presses coarse, and finer for a check. A box is prepared by
+// `WithFewCells`.
 std::optional<double> Graded(const Scene& scene, const Press& press, const PressSpec& question,
                              bool many, bool check) {
   const double width = question.width;
@@ -156,7 +162,8 @@ std::optional<double> Graded(const Scene& scene, const Press& press, const Press
   if (IsVolume(scene.object.geometry)) {
     constexpr double kRoughGrowth = 3;
     if (IsTouchedRound(scene)) {
-      // 0.5 % above bricks with four edges across, 0.2 % with six in four times the time.
+      // Compared with hexahedra: 0.5 % too high with four edges across the tool, 0.2 % with six in
+      // four times the time.
       const auto force =
           VolumeRoundForce(scene, press, question.depth, check ? 3 : 4, check ? 2 : 1.5);
       return force ? std::optional(*force / question.depth) : std::nullopt;
@@ -169,7 +176,8 @@ std::optional<double> Graded(const Scene& scene, const Press& press, const Press
   return PlanarStiffness(scene, press, width, check ? PlanarMesh::kMedium : own);
 }
 
-// A box with no more cells than the far field takes: near the tool they are cut anyway.
+// Returns the scene with as few cells as the far field needs, because they are refined near the
+// tool.
 Scene WithFewCells(Scene scene, double width) {
   constexpr double kFar = 0.25;  // of the box
   auto* box = std::get_if<BoxGeometry>(&scene.object.geometry);
@@ -191,21 +199,21 @@ Scene WithFewCells(Scene scene, double width) {
   return scene;
 }
 
-// Returns the error of von Karman's law for a membrane that is a solid. No family of plates shows
-// it.
+// Returns the error of von Karman's law relative to a solid membrane, which the limits of plate
+// models do not show.
 double ExcessOfLaw(const MembraneGeometry& membrane, const Press& press, double depth) {
   return plate::ExcessAtDepth({press.p_O.head<2>().norm() / membrane.radius,
                                depth / membrane.radius, membrane.thickness / membrane.radius});
 }
 
-// Ratio of the finer answers to the rough ones: its mean over the presses that were checked, and
-// how far a single one is from it.
+// Ratio of the finer to the coarse answers: mean over the checked presses, and spread of single
+// ones.
 Estimate Finer(const std::vector<double>& ratios) {
   const auto count = static_cast<double>(ratios.size());
   double mean = 0, scatter = 0;
   for (const double ratio : ratios) mean += ratio / count;
   for (const double ratio : ratios) scatter += (ratio - mean) * (ratio - mean);
-  const double half_step = 0.5 * std::abs(mean - 1);  // what the finer ones may be off themselves
+  const double half_step = 0.5 * std::abs(mean - 1);  // uncertainty of the finer ones
   return {mean, std::max(half_step, std::sqrt(scatter / std::max(count - 1, 1.0)))};
 }
 
@@ -218,7 +226,8 @@ double LinearForce(const std::vector<StudyRow>& rows, const StudyRow& large, std
   return linear == rows.end() ? kUnknown : linear->answers[press].full.value;
 }
 
-// How much stiffer than linear the object is at full depth; `linear`: the linear force there.
+// Returns the ratio of the nonlinear to the linear force at full depth; `linear`: the linear force
+// there.
 template <typename Linear>
 Estimate Stiffening(const std::vector<const StudyRow*>& members, std::size_t press,
                     const Linear& linear) {
@@ -234,7 +243,8 @@ Estimate Stiffening(const std::vector<const StudyRow*>& members, std::size_t pre
   return {ratios.back().value, kOneMesh * std::abs(ratios.back().value - 1)};
 }
 
-// Any row's d ln force / d ln width, for rows too coarse to determine it; the largest.
+// Returns the largest d ln force / d ln width of all rows, for rows that are too coarse to
+// determine it.
 double LargestSlope(const std::vector<StudyRow>& rows, std::size_t press) {
   double slope = 0;
   for (const StudyRow& row : rows) {
@@ -255,8 +265,8 @@ bool IsWorse(double a, double b) {
   return std::isnan(a) ? !std::isnan(b) : a > b;
 }
 
-// The worst of up to nine contacts, or what nine of ten stay within if there are more: how a mesh
-// happens to lie under one of many is no property of the mesh.
+// Returns the largest error of up to nine contacts, or the 90th percentile if there are more,
+// because the position of a mesh under one of many contacts is random.
 template <typename Value, typename Error>
 Value AtNineOfTen(std::vector<Value> all, Error error) {
   std::ranges::sort(all,
@@ -264,8 +274,8 @@ Value AtNineOfTen(std::vector<Value> all, Error error) {
   return all[all.size() / 10];
 }
 
-// How far the error that nine of ten stay within may be from that of all places, one sigma: how
-// many of so few lie beyond it is binomial, which gives the ranks before and after it.
+// Returns one sigma of the 90th percentile as an estimate for all positions: the number of errors
+// beyond it is binomial, which determines the ranks before and after it.
 double SamplingBar(std::vector<double> errors) {
   if (errors.size() < kMany) return 0;
   std::ranges::sort(errors, IsWorse);
@@ -297,7 +307,8 @@ void EvaluatePress(const Reference& reference, const PressAnswers& answers, doub
 std::size_t BeyondBound(std::size_t count) {
   constexpr double kBeyond = 0.1, kRisk = 0.05;
   const auto n = static_cast<double>(count);
-  double chance = std::pow(1 - kBeyond, n), risk = chance;  // of `rank` places beyond or fewer
+  // Probability of `rank` or fewer places beyond.
+  double chance = std::pow(1 - kBeyond, n), risk = chance;
   std::size_t rank = 0;
   for (; rank < count; ++rank) {
     const auto k = static_cast<double>(rank);
@@ -312,12 +323,13 @@ std::optional<double> PlanarStiffness(const Scene& scene, const Press& press, do
                                       PlanarMesh fineness) {
   if (!IsPlanar(scene.object.geometry)) return std::nullopt;
   constexpr std::array kMeshes{kRough, kMedium, kFine};
-  if (IsTouchedRound(scene)) return std::nullopt;  // no stiffness: its contact grows
+  // There is no stiffness, because the contact grows.
+  if (IsTouchedRound(scene)) return std::nullopt;
   try {
     const double found =
         Stiffness(scene, press, width, kMeshes[static_cast<std::size_t>(fineness)]);
     return found > 0 ? std::optional(found) : std::nullopt;
-  } catch (const std::exception&) {  // the formulation has limits of its own; others remain
+  } catch (const std::exception&) {  // this formulation is not applicable; others remain
     return std::nullopt;
   }
 }
@@ -332,7 +344,7 @@ ReferenceFinder::ReferenceFinder(const Scene& scene, const PressSpec& question)
     AddRound(scene);
     return;
   }
-  constexpr std::size_t kChecked = 3;  // of many presses
+  constexpr std::size_t kChecked = 3;  // number of checked presses if there are many
   const std::size_t count = question.presses.size();
   const bool many = count >= kMany;
   const Scene few = WithFewCells(scene, question.width);
@@ -361,7 +373,7 @@ void ReferenceFinder::AddRound(const Scene& scene) {
     try {
       force.value = RoundForce(scene, press, question_.depth);
       force.bar = kRound * force.value;
-    } catch (const std::exception&) {  // no mesh, no place: the models' own limit remains
+    } catch (const std::exception&) {  // no mesh or position; the limit of the models remains
     }
     independent_.push_back(force);
   }
@@ -392,7 +404,7 @@ Reference ReferenceFinder::FindOne(const std::vector<StudyRow>& rows, std::size_
         return std::pair(!l.extrapolated, l.relative_bar());
       });
   Reference reference{best.force, {}, best.words};
-  // The limits of meshes that lie under each place otherwise contradict no answer that has a bar.
+  // An error bar also covers the variation of the mesh's position between contacts.
   if (settled) {
     reference.source += "; not compared with others";
   } else if (const Limit* second = SecondOpinion(limits, best)) {

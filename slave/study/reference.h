@@ -33,19 +33,19 @@ struct Reference {
 
 struct References {
   std::vector<Reference> presses;  // as in the question
-  std::string remark;              // effects that the references leave out; may be empty
+  std::string remark;              // effects that the references do not include; may be empty
 };
 
 // Small depth: for planar objects and rigid tools on volumes, finite elements graded for the
 // contact, if their bar is below 5 %. Otherwise the limit of each family under mesh refinement
-// (Extrapolate, with every result scaled to the tool's real width by the models' own d ln force / d
-// ln width), the one with the smallest error bar. That bar is extended to the difference from
-// another formulation, beyond its own bar and distance to its limit. Full depth: the same, times
-// the stiffening there in a large-deformation model (von Karman, neo-Hookean) relative to the small
-// depth, one if none has a solution; of a membrane less what the plate's law leaves out. Round
-// tools: at full depth only, by the true contact, and the large-deformation model relative to the
-// linear one of the same elements. Presses that cameras see: at full depth only, by a hyperelastic
-// solid.
+// (Extrapolate, with every result scaled to the tool's true width by the models' d ln force / d ln
+// width); the one with the smallest error bar is used. Its bar is enlarged by the difference from
+// another formulation that exceeds that one's bar and distance to its limit. Full depth: the same,
+// times the stiffening in a large-deformation model (von Karman, neo-Hookean) relative to the small
+// depth, or one if none has a solution; for a membrane minus the error of the plate's law. Round
+// tools: only at full depth, with the true contact region, times the ratio of the large-deformation
+// model to the linear one with the same elements. Presses measured by cameras: only at full depth,
+// by a hyperelastic solid.
 class ReferenceFinder {
  public:
   // Solves the graded finite elements: up to a second each, coarse ones if there are more than two
@@ -65,10 +65,10 @@ class ReferenceFinder {
   std::vector<Estimate> independent_;  // force at the small depth, one per contact; NaN: none
 };
 
-// How many of `count` errors at places drawn from all lie above a bound of what nine of ten of all
-// places stay within. The bound holds with 95 %, whatever the distribution: that more of the places
-// than these are beyond the true 90th percentile is binomial (Wilks 1941). Of fewer than 29 the
-// largest is used, which holds with less.
+// Returns how many of `count` errors at random places may lie above an upper bound of the 90th
+// percentile over all places. The bound holds with 95 % confidence for any distribution: the number
+// of errors beyond the true percentile is binomial (Wilks 1941). For fewer than 29 errors the
+// largest is the bound, with less confidence.
 std::size_t BeyondBound(std::size_t count);
 
 // Fills the errors of every row that answered.

@@ -89,7 +89,7 @@ Json ToJson(const StudyRow& row) {
 
 constexpr int kDigits = 17;
 
-// Quoted where a comma, a quote or a line end would break the line.
+// Returns the text, in quotes if it contains a comma, a quote or a line end.
 std::string Cell(const std::string& text) {
   if (text.find_first_of(",\"\n\r") == std::string::npos) return text;
   std::string quoted = "\"";

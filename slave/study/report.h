@@ -14,10 +14,10 @@ namespace palpate::study {
 //   validity,update_median_s,update_p99_s,precompute_s,memory_bytes,expected_s,
 //   on_front,meets_tolerance,meets_rate,recommended,reason
 // error: relative error of the contact force at full depth, the worst press, never below error_bar
-// (how far the reference itself may be off) and width_error (what the mesh's idea of the tool's
-// width costs); deviation: from the reference, as it is; _small: at the small depth, where every
-// model is linear. A number that is not known is an empty cell; flags are 0 or 1; text with a comma
-// is quoted.
+// (uncertainty of the reference) and width_error (effect of the tool's discretised width);
+// deviation: signed difference from the reference; _small: at the small depth, where every model is
+// linear. A number that is not known is an empty cell; flags are 0 or 1; text with a comma is
+// quoted.
 std::string ToCsv(const StudyResult& study);
 
 // All data: the contacts (with their unit), the settings, the references and their origin, the rows

@@ -14,7 +14,7 @@ constexpr double kMinBar = 0.1, kBarOfThree = 1.0 / 3;
 
 using Triple = std::array<MeshAnswer, 3>;  // finest first
 
-// From answers sorted by size: the first and two coarser ones.
+// Selects from answers sorted by size the first and two coarser ones.
 std::optional<Triple> TripleFrom(const std::vector<MeshAnswer>& sorted, std::size_t first) {
   Triple triple;
   if (first >= sorted.size()) return std::nullopt;
@@ -35,7 +35,8 @@ std::optional<Triple> TripleFrom(const std::vector<MeshAnswer>& sorted, std::siz
   return triple;
 }
 
-// Bisection: the right-hand side of the equation for p falls from its value at p -> 0 to zero.
+// Solves for p by bisection: the right-hand side of the equation decreases from its value at p -> 0
+// to zero.
 std::optional<double> OrderOf(const Triple& t) {
   const double fine = t[0].value - t[1].value, coarse = t[1].value - t[2].value;
   if (!(fine / coarse > 0)) return std::nullopt;
@@ -62,7 +63,7 @@ double Spread(const Triple& t) {
   return high - low;
 }
 
-// Sorted by size, one answer for each.
+// Sorts by size and keeps one answer per size.
 void Sort(std::vector<MeshAnswer>* answers) {
   std::ranges::stable_sort(*answers, {}, &MeshAnswer::size);
   std::vector<MeshAnswer> unique;

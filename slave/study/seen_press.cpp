@@ -20,13 +20,14 @@ using Eigen::Matrix3d;
 using Eigen::Vector2d;
 using Eigen::Vector3d;
 
-constexpr int kImages = 5;       // from rest to full depth: each fit begins at the one before
+constexpr int kImages = 5;  // images from rest to full depth; each fit starts from the previous one
 constexpr double kStep = 0.2;    // of the full depth, between two solutions of the solid [-]
-constexpr double kInView = 0.9;  // of the radius: texture and depths reach so far [-]
-// Share of the membrane's radius: radii that differ by less have one solid [-]. [derived: rounding]
+constexpr double kInView = 0.9;  // visible part of the radius with texture or depth images [-]
+// Radii that differ by less, relative to the membrane's radius, share one solution [-]. [derived:
+// rounding]
 constexpr double kSameRadius = 1e-6;
 
-// Printed dots, or what is spread over a membrane whose points are not printed.
+// Returns the printed dots, or positions spread over a membrane without dots.
 std::vector<Vector2d> PlacesOfPoints(const Scene& scene, double radius) {
   const auto* points = scene.sense.Find<PointTracking>();
   if (points != nullptr && points->track == PointTracking::Track::kDots) return DotPlaces(*points);
@@ -81,8 +82,8 @@ std::vector<SurfacePoint> PointsAtRest(const Scene& scene, const MembraneGeometr
   return points;
 }
 
-// The solid under the tool at `radius` on the x axis, from rest to full depth. nullptr: no
-// equilibrium.
+// Returns the solid pressed by the tool at `radius` on the x axis, from rest to full depth;
+// nullptr: no equilibrium.
 std::shared_ptr<const simulation::MembranePress> PressedAt(double radius, const Scene& scene,
                                                            const PressSpec& question,
                                                            const MembraneGeometry& membrane) {
@@ -138,7 +139,8 @@ std::vector<SeenPress> SeePresses(const Scene& scene, const PressSpec& question)
   if (membrane == nullptr || !scene.tool || !HasStereoOrDepth(scene.sense)) return {};
   try {
     return Solve(scene, question, *membrane);
-  } catch (const std::exception&) {  // beyond the solid: the model answers for the depth instead
+    // The solid has no solution; the model is used with the depth instead.
+  } catch (const std::exception&) {
     return {};
   }
 }

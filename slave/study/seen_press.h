@@ -1,4 +1,4 @@
-// SeePresses computes what the cameras in front of a membrane measure of a study's presses.
+// SeePresses computes the presses of a study as the cameras in front of a membrane measure them.
 #pragma once
 
 #include <vector>
@@ -8,8 +8,8 @@
 
 namespace palpate::study {
 
-// Within this share the forces are those of the solid's limit [-]. [derived: 0.2 % of the mesh, and
-// 0.3 % of the difference from another program's solid, see pressed_membrane_test]
+// Relative error of the computed forces against the limit of a refined solid [-]. [derived: 0.2 %
+// of the mesh, and 0.3 % of the difference from another program's solid, see pressed_membrane_test]
 inline constexpr double kSeenForce = 0.006;
 
 // Returns one SeenPress per press at the question's depth, computed by a neo-Hookean solid

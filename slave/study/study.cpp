@@ -47,7 +47,7 @@ std::string Sentence(const StudyRow& row, const std::string& because) {
                    100 * row.error.value, 1e6 * row.update_p99_s, row.precompute_s);
 }
 
-// Where nothing meets both: what the row that comes nearest misses.
+// Returns which requirement the recommended row misses, if none meets both.
 std::string Missed(const StudyRow& row, double tolerance, double rate) {
   std::string words = "no model meets tolerance and rate; this one is nearest to both:";
   if (!row.meets_tolerance) {
@@ -61,7 +61,7 @@ std::string Missed(const StudyRow& row, double tolerance, double rate) {
   return words;
 }
 
-// Why no row meets both: which of the two cannot be met at all, or what they cost each other.
+// Returns why no row meets both: which requirement cannot be met at all, or how they conflict.
 template <typename Eligible>
 std::string Conflict(double tolerance, double rate, const Eligible& any,
                      std::vector<StudyRow>* rows) {
@@ -93,8 +93,8 @@ std::string Conflict(double tolerance, double rate, const Eligible& any,
          in_time->name() + Formatted(" with up to %.2g %%", 100 * ErrorOrBound(*in_time));
 }
 
-// Whether the model is in its range at the study's contacts: 0 at all, 1 at nine of ten, 2 at
-// fewer.
+// Returns a rank for the model's range at the study's contacts: 0: within at all, 1: at nine of
+// ten, 2: at fewer.
 std::size_t RangeOf(const StudyRow& row) {
   return row.beyond == 0 ? 0 : row.beyond <= row.answers.size() / 10 ? 1 : 2;
 }
@@ -102,7 +102,7 @@ std::size_t RangeOf(const StudyRow& row) {
 constexpr double kWorthABar = 2;  // [s]
 constexpr double kNever = std::numeric_limits<double>::infinity();
 
-// Ends a precompute that would not fit any more, and remembers why.
+// Stops a precomputation that exceeds the budget, and stores the reason.
 class Allowance final : public Progress {
  public:
   Allowance(const StudySettings& settings, const ModelFactory& factory, double deadline,
@@ -135,7 +135,7 @@ class Allowance final : public Progress {
   const StudySettings& settings_;
   const ModelFactory& factory_;
   double deadline_;
-  double left_;  // of a counted budget [s]
+  double left_;  // remaining time of a counted budget [s]
   const std::stop_token& stop_;
   std::string name_;
   Progress* outer_;
@@ -179,7 +179,8 @@ class Study {
       result_.rows.push_back(Skipped(c, why));
       result_.rows.back().expected_s = ExpectedSeconds(c);
     }
-    // Limits under refinement must not depend on which candidate was the quicker one.
+    // Sorts by number, because limits under refinement must not depend on which candidate was
+    // faster.
     std::ranges::sort(result_.rows, {}, &StudyRow::number);
     EvaluateErrors();
     if (watcher_.on_row) watcher_.on_row(result_);
@@ -187,7 +188,7 @@ class Study {
   }
 
  private:
-  // Linear models carry the reference, without which no error is known.
+  // Linear models are first, because the reference depends on them.
   [[nodiscard]] static double Urgency(const Candidate& c) { return c.linear ? 0.25 : 1; }
   [[nodiscard]] bool Affords(double expected) const {
     return settings_.counted ? counted_ + expected <= settings_.budget_s
@@ -201,7 +202,7 @@ class Study {
 
   void TryOne(const Candidate& candidate, double expected) {
     ReportShare();
-    // A short computation needs no progress bar of its own.
+    // A short computation needs no separate progress bar.
     Progress* const shown = expected > kWorthABar ? watcher_.progress : nullptr;
     const double left = settings_.counted ? settings_.budget_s - counted_ : kNever;
     Allowance allowance(settings_, factory_, deadline_, left, stop_, candidate.name(), shown);
@@ -216,7 +217,7 @@ class Study {
     result_.rows.push_back(std::move(row));
   }
 
-  // The share of the models or of the time, whichever is larger.
+  // Reports the fraction of the models or of the time, whichever is larger.
   void ReportShare() {
     if (!watcher_.progress) return;
     const auto tried = static_cast<double>(result_.rows.size());
@@ -239,12 +240,13 @@ class Study {
   const std::stop_token& stop_;
   const StudyWatcher& watcher_;
   double deadline_ = 0;  // kNever: the budget is counted
-  double counted_ = 0;   // expected seconds of what was tried
+  double counted_ = 0;   // expected time of the tested candidates [s]
   Scene scene_;
   StudyResult result_;
   std::optional<ReferenceFinder> finder_;  // empty: errors are not evaluated
   std::vector<Candidate> waiting_;
-  std::map<std::string, double> slower_by_;  // measured over expected, of each family's last row
+  // Ratio of measured to expected time for each family's last row.
+  std::map<std::string, double> slower_by_;
 };
 
 }  // namespace

@@ -15,16 +15,17 @@
 
 namespace palpate::study {
 
-// Marks the rows of smallest error for their update time (median), among those that answered with a
-// known error and are within their range; of equal rows all are on the front.
+// Marks the rows on the Pareto front of error and median update time, among those with a known
+// error that are within their range; equal rows are all on the front.
 void MarkFront(std::vector<StudyRow>* rows);
 
-// Marks what meets the tolerance (its error, and the bound of it) and the rate [Hz] (its slowest
-// percent), and recommends among the rows that are in their range at every contact; without any, at
-// nine of ten; without any, all. Of those that meet both and are at most twice as slow as the
-// fastest of them, the one with the least precompute. None: the one that misses tolerance or rate
-// by the smallest factor. Returns why, one sentence; where none meets both, which cannot be met and
-// the nearest that can; where none is in its range everywhere, at how many contacts this one is.
+// Marks the rows that meet the tolerance (error and its bound) and the rate [Hz] (slowest percent),
+// and recommends one. It considers the rows that are within their range at every contact; if there
+// are none, at nine of ten contacts; if there are none, all rows. Among the rows that meet both and
+// are at most twice as slow as the fastest of them, it recommends the one with the shortest
+// precomputation. If none meets both, it recommends the one that misses tolerance or rate by the
+// smallest factor. Returns the reason as one sentence: also which requirement cannot be met and the
+// nearest one that can, and at how many contacts the row is within its range if not at all.
 std::string Recommend(double tolerance, double rate, std::vector<StudyRow>* rows);
 
 struct StudySettings {
@@ -36,22 +37,22 @@ struct StudySettings {
   std::size_t max_memory = std::size_t{3} << 30;  // memory limit of one precompute [bytes]
   CandidateLimits limits = {};
   std::vector<Eigen::Vector3d> places = {};  // instead of the scene's own contact, see AskedOf
-  bool compares = true;                      // false: times alone, without errors
+  bool compares = true;                      // false: measures only times, no errors
 };
 
 struct StudyResult {
   std::string scene_name;
   PressSpec question;
   double tolerance = 0, rate = 0, budget_s = 0;
-  std::vector<StudyRow> rows;  // by number; while it runs in the order tried
+  std::vector<StudyRow> rows;  // sorted by number; during the study in the order of the tests
   References references;
   std::string recommendation;  // one sentence
-  bool complete = false;       // every candidate was tried
+  bool complete = false;       // every candidate was tested
 };
 
 // StudyWatcher holds callbacks for a running study; both may be empty.
 struct StudyWatcher {
-  std::function<void(const StudyResult&)> on_row;  // judged as far as it is, after every row
+  std::function<void(const StudyResult&)> on_row;  // called after every row with the present result
   Progress* progress = nullptr;
 };
 

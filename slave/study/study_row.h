@@ -15,7 +15,7 @@ namespace palpate::study {
 
 inline constexpr double kUnknown = std::numeric_limits<double>::quiet_NaN();
 
-// A value and how far the truth may be from it, in the same unit. NaN: not known.
+// A value and its error bar, in the same unit. NaN: unknown.
 struct Estimate {
   double value = kUnknown;
   double bar = kUnknown;
@@ -66,20 +66,20 @@ struct StudyRow : Trait {
   double update_median_s = kUnknown, update_p99_s = kUnknown;  // a moved contact, no precompute [s]
   std::size_t memory_bytes = 0;
 
-  // Relative error of the contact force: what nine of ten contacts stay within, of fewer than ten
-  // the largest. It is the distance from the reference, but at least its own bar. For
-  // fewer than three contacts, at least the effect of the tool's width on the mesh, because errors
-  // may cancel at one point by chance. At the full and at
-  // the small depth. The bar of `error` includes the reference's own and, for three contacts and
-  // more, the sampling uncertainty.
+  // Relative error of the contact force at the full and at the small depth: the 90th percentile
+  // over the contacts, for fewer than ten the largest. It is the difference from the reference, but
+  // at least the reference's error bar and, for fewer than three contacts, at least the effect of
+  // the tool's discretised width, because errors may cancel at one point by chance. The bar of
+  // `error` includes that of the reference and, for three or more contacts, the sampling
+  // uncertainty.
   Estimate error, error_small;
   double bound =
       kUnknown;  // error that nine of ten places do not exceed, with 95 %: BeyondBound [-]
-  double deviation = kUnknown;            // the first of the three alone, at full depth [-]
-  double width_error = kUnknown;          // the last of the three alone [-]
+  double deviation = kUnknown;            // difference from the reference at full depth [-]
+  double width_error = kUnknown;          // effect of the tool's discretised width [-]
   Validity validity = Validity::kFailed;  // at full depth, the worst over the contacts
   std::size_t beyond = 0;                 // contacts at which it is not valid there
-  bool on_front = false;                  // nothing is both faster and more accurate
+  bool on_front = false;                  // no other row is both faster and more accurate
   bool meets_tolerance = false, meets_rate = false;
   bool recommended = false;
 };

@@ -76,8 +76,8 @@ void Cut(const Edge& edge, const std::vector<std::size_t>& tets, SolidMesh* mesh
   }
 }
 
-// Cuts edges that are longer than `allowed` at their middle and all tetrahedra around them; beside
-// a tetrahedron's longest edge no shorter one is cut, which keeps shapes.
+// Bisects edges that are longer than `allowed`, with all tetrahedra around them. Only the longest
+// edge of a tetrahedron is bisected, which preserves the element quality.
 void Refine(const std::function<double(const Vector3d&)>& allowed, SolidMesh* mesh) {
   for (bool more = true; more;) {
     more = false;
@@ -101,7 +101,7 @@ void Refine(const std::function<double(const Vector3d&)>& allowed, SolidMesh* me
   }
 }
 
-// Which nodes the tool moves.
+// Returns which nodes the tool moves.
 std::vector<char> MovedNodes(const RestStiffness& stiffness, const Press& press, double width) {
   const TetMesh& elements = stiffness.elements;
   std::vector<char> moved(elements.nodes.size(), 0);
@@ -115,8 +115,8 @@ std::vector<char> MovedNodes(const RestStiffness& stiffness, const Press& press,
   return moved;
 }
 
-// Turns a node's unknowns from the axes of O to those along the press and across it, where the tool
-// moves the node. The tangents of a sliding tool are free, and only they need it.
+// Rotates the unknowns of nodes moved by the tool from the axes of O to the directions along and
+// across the press. Only a sliding tool needs it, because its tangential components are free.
 Eigen::SparseMatrix<double> AlongPress(const RestStiffness& stiffness,
                                        const std::vector<char>& moved, const Vector3d& inward) {
   const Vector3d across = inward.unitOrthogonal();
@@ -135,14 +135,14 @@ Eigen::SparseMatrix<double> AlongPress(const RestStiffness& stiffness,
   return T;
 }
 
-// T^T K T, of which `lower` is the lower triangle, as is the result.
+// Returns the lower triangle of T^T K T. `lower` is the lower triangle of K.
 Eigen::SparseMatrix<double> Turned(const Eigen::SparseMatrix<double>& lower,
                                    const Eigen::SparseMatrix<double>& T) {
   const Eigen::SparseMatrix<double> whole = lower.selfadjointView<Eigen::Lower>();
   return Eigen::SparseMatrix<double>(T.transpose() * whole * T).triangularView<Eigen::Lower>();
 }
 
-// Rows and columns with an index >= 0, in their order.
+// Returns the rows and columns with an index >= 0, in this order.
 Eigen::SparseMatrix<double> Picked(const Eigen::SparseMatrix<double>& lower,
                                    const std::vector<Eigen::Index>& index, Eigen::Index count) {
   Eigen::SparseMatrix<double> picked(count, count);
@@ -159,8 +159,8 @@ Eigen::SparseMatrix<double> Picked(const Eigen::SparseMatrix<double>& lower,
   return picked;
 }
 
-// u^T K u of the state in which unknowns with `given` != NaN are held there and the others are in
-// equilibrium.
+// Returns u^T K u of the state in which unknowns with `given` != NaN have this value and the others
+// are in equilibrium.
 double EnergyOf(const RestStiffness& stiffness, const Eigen::VectorXd& given) {
   std::vector<Eigen::Index> index(static_cast<std::size_t>(given.size()), -1);
   Eigen::VectorXd u = given;
@@ -236,7 +236,7 @@ std::optional<double> VolumeStiffness(const Scene& scene, const Press& press, do
     const double force = scene.object.material.young_modulus * stiffness.length_unit *
                          EnergyOf(stiffness, given) / seen;
     return force > 0 && std::isfinite(force) ? std::optional(force) : std::nullopt;
-  } catch (const std::exception&) {  // the formulation has limits of its own; others remain
+  } catch (const std::exception&) {  // this formulation is not applicable; others remain
     return std::nullopt;
   }
 }

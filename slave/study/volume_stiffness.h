@@ -11,21 +11,22 @@ namespace palpate::study {
 
 inline constexpr double kFineGrowth = 0.7;
 
-// The scene's tetrahedra, cut until no edge under a tool of `width` [m] is longer than `finest`
-// [m], farther away than `growth` times the distance from its rim; the object stays what it is.
+// Refines the scene's tetrahedra until no edge under a tool of `width` [m] is longer than `finest`
+// [m]; outside the limit grows by `growth` times the distance from the tool's rim. The shape of the
+// object is unchanged.
 SolidMesh GradedUnder(const Scene& scene, const Press& press, double width, double finest,
                       double growth = kFineGrowth);
 
 // Returns whether the following applies: tetrahedra, not fixed by the numbers of nodes.
 bool HasVolumeStiffness(const Scene& scene);
 
-// Force of a rigid tool, bonded or sliding as the scene's, along its direction per displacement
-// [N/m], small strain: quadratic tetrahedra on that mesh, nodes under the tool move together,
-// scaled to the tool's true width as a flat punch on a half-space, whose force is proportional to
-// the width. With `finest` = width / 2, / 3, / 4 a block was 1.3, 0.4, 0.02 % below width / 6; a
-// growth of 1.5 added up to 1 %, of 3 up to 2 %, and took a half and a quarter of the time.
-// nullopt: does not apply, no surface there, not fixed, more than 50,000 tetrahedra. A third of a
-// second at width / 3, a tenth with a growth of 3 at width / 2.
+// Returns the force of a rigid tool, bonded or sliding as in the scene, along its direction per
+// displacement [N/m], small strain: quadratic tetrahedra on that mesh, nodes under the tool move
+// together, scaled to the tool's true width as a flat punch on a half-space, whose force is
+// proportional to the width. With `finest` = width / 2, / 3, / 4 a block was 1.3, 0.4, 0.02 % below
+// width / 6; a growth of 1.5 added up to 1 %, of 3 up to 2 %, and took a half and a quarter of the
+// time. nullopt: not applicable, no surface at the position, object not fixed, or more than 50,000
+// tetrahedra. A third of a second at width / 3, a tenth with a growth of 3 at width / 2.
 std::optional<double> VolumeStiffness(const Scene& scene, const Press& press, double width,
                                       double finest, double growth = kFineGrowth);
 

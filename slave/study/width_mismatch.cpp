@@ -28,7 +28,8 @@ double Diameter(double area) {
   return 2 * std::sqrt(area / std::numbers::pi);
 }
 
-// Nodes count with a third of the area of the triangles around them.
+// Returns the diameter of the pressed nodes, each with a third of the area of the triangles around
+// it.
 double NodesDiameter(const SurfaceMesh& surface, const Press& press, double width) {
   const auto place = FindPlace(surface, press.p_O);
   if (!place) return kUnknown;

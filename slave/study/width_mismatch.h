@@ -1,4 +1,4 @@
-// How wide a tool is on a mesh.
+// Effective width of a tool on a mesh.
 #pragma once
 
 #include "slave/mechanics/object_mesh.h"
@@ -14,8 +14,8 @@ bool HasMidnodes(const ModelOptions& model);
 bool TakesWidthAsItIs(const ObjectMesh& mesh);
 
 // Relative error of a rigid tool's width on this mesh at `press`: a discrete contact consists of
-// whole elements, triangles or nodes (for fem tet10 also those in the middle of edges). 0 if the
-// model has none. NaN: no contact is possible there.
+// whole elements, triangles or nodes (for fem tet10 also mid-edge nodes). 0 if the model has no
+// such error. NaN: no contact is possible there.
 double WidthMismatch(const ObjectMesh& mesh, const ModelOptions& model, const Press& press,
                      double width);
 

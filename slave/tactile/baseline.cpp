@@ -9,18 +9,21 @@
 namespace palpate {
 namespace {
 
-// Largest accepted distance from the line, so that one sample cannot draw it [noise at rest].
+// Distance from the fitted line at which a sample is clipped, so that a single sample cannot change
+// the line much [noise at rest].
 constexpr double kSpike = 20;
-// Variances of noise by which squared slopes must exceed it: of all electrodes together, and of the
-// pressure or a few channels alone [-].
+// Smallest significant squared slope relative to the variance from noise: for all electrodes
+// together, and for the pressure or a few channels [-].
 constexpr double kTogether = 2, kAlone = 9;
 // Typical time for which the last slope continues [samples].
 constexpr double kLasts = 1000;
 constexpr double kChanges = 0.01;       // sigma of the relative change of a slope per sample
 constexpr double kRounding = 1.0 / 12;  // [noise^2] [derived: variance of rounding to whole counts]
-constexpr double kFollowing = 2, kDrifting = 0.2;  // memory while nothing is near [s]
-// Mean changes that are followed while nothing is near: more of both is a contact.
-constexpr double kSmoothing = 0.1;  // share of a sample in these means
+// Time constants without contact: stationary, drifting [s].
+constexpr double kFollowing = 2, kDrifting = 0.2;
+// Limits of the smoothed changes that the baseline follows. If both are exceeded there is a
+// contact.
+constexpr double kSmoothing = 0.1;  // weight of a sample in the smoothed changes
 constexpr double kElectrode = 1;    // [noise at rest]
 constexpr double kPressure = 2;     // [counts]
 constexpr double kMaxOfOne = 4;  // of one channel, so that a faulty one does not decide [noise^2]
@@ -29,13 +32,14 @@ double Signal(const FingerReading& reading, std::size_t i) noexcept {
   return static_cast<double>(i == reading.channels.size() ? reading.pac : reading.pdc);
 }
 
-// From squares of which a few may be of electrodes that do not work.
+// Estimates a variance from squares, of which a few may belong to faulty electrodes.
 double VarianceOf(std::span<double> squares) noexcept {
   constexpr double kMedian = 0.455;  // [-] [derived: median of the square of a standard normal]
   return MedianOf(squares) / kMedian;
 }
 
-// Part to use of slopes of the mean square `slope2`, `noise2` of which is noise.
+// Returns the factor by which slopes are reduced if their mean square is `slope2`, of which
+// `noise2` is noise.
 double Shrinkage(double slope2, double noise2) noexcept {
   return slope2 > 0 ? std::max(0.0, 1 - noise2 / slope2) : 0;
 }
@@ -67,8 +71,8 @@ void Baseline::Take(const FingerReading& reading, double keep) noexcept {
   if (known()) Fit();
 }
 
-// A contact moves electrodes and pressure; what only one of them does, or neither, is drift.
-// Without a pressure what the channels do at once is a contact.
+// A contact changes both electrodes and pressure; other changes are drift. Without a pressure a
+// sudden change of the channels is a contact.
 void Baseline::Follow(const FingerReading& reading) noexcept {
   const TactileSignals change = Change(reading);
   double channels = 0;
@@ -138,7 +142,7 @@ void Baseline::Fit() noexcept {
   const double electrode_noise2 =
       std::max(MedianOf(residuals2), kRounding * sensor_.noise * sensor_.noise);
   const double slope2 = VarianceOf(slopes2);
-  // A few channels have a slope by their noise more often than many electrodes.
+  // With few channels noise causes a significant slope more often than with many electrodes.
   const double least = sensor_.has_pressure ? kTogether : kAlone;
   const double together = Shrinkage(slope2, least * weight * electrode_noise2);
   drift_variance_ = together * weight * electrode_noise2;

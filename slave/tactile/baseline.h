@@ -12,16 +12,16 @@ namespace palpate {
 struct BaselineSensor {
   std::size_t channels = kElectrodeCount;
   double noise = 1;          // rms of a channel at rest [its unit]
-  bool has_pressure = true;  // which rises with every contact
+  bool has_pressure = true;  // the sensor has a pressure, which rises with every contact
 };
 
-// Recursive mean with drift: per signal a line by weighted least squares over the samples without
-// contact, older ones counting less,
+// Recursive mean with drift: for each signal a line by weighted least squares over the samples
+// without contact, where older samples have less weight,
 //
-//   x(t) = level + slope t,   t from the last sample taken.
+//   x(t) = level + slope t,   t from the last sample used.
 //
-// The slopes are used as far as the electrodes' together exceed their noise (shrinkage, W. James
-// and C. Stein, 4th Berkeley Symposium, 1961): without drift they would be noise alone.
+// The slopes are shrunk according to their noise (W. James and C. Stein, 4th Berkeley Symposium,
+// 1961), because without drift they are only noise.
 class Baseline {
  public:
   // The first `samples` are without contact; `rate` of all [Hz].

@@ -8,8 +8,8 @@
 namespace palpate {
 namespace {
 
-constexpr double kBack = 0.3;  // part of a jump that may be left when the channel is back
-// Contacts move a channel to one side if its range there is so many times the other.
+constexpr double kBack = 0.3;  // remaining part of a jump at which the channel counts as recovered
+// Ratio of a channel's ranges on both sides above which contacts move it to one side only.
 constexpr double kOneSided = 3;
 
 }  // namespace
@@ -69,7 +69,7 @@ void ChannelSignals::FindJumps() noexcept {
     if (seen_ == 0) {
       channel.is_fresh = false;
     } else if (std::exchange(channel.is_fresh, false) && std::abs(step - channel.jump) < surprise) {
-      channel.jump = 0;  // it goes on
+      channel.jump = 0;  // the change continues, so it is no jump
       channel.pace = step;
     } else if (seen_ == 2 && surprise > pattern_->second_difference[i]) {
       const bool is_back = std::abs(channel.jump + step) < kBack * std::abs(step);

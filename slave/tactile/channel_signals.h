@@ -1,4 +1,4 @@
-// Whether the channels of a sensor without electrodes do what they did in the training.
+// Checks whether the channels of a sensor without electrodes behave as in the training.
 #pragma once
 
 #include <memory>
@@ -12,9 +12,9 @@
 
 namespace palpate {
 
-// A channel is faulty that differs from its expectation by the others, or jumps. A jump is a change
-// from sample to sample unlike the one before, which does not go on: a contact that begins goes on.
-// The channel stays faulty until it jumps back, or is at rest.
+// A channel is faulty if it differs from its prediction by the other channels, or jumps. A jump is
+// a change between two samples that differs from the previous change and does not continue, whereas
+// a contact continues. The channel remains faulty until it jumps back or is at rest.
 class ChannelSignals {
  public:
   explicit ChannelSignals(std::shared_ptr<const ChannelPattern> pattern);
@@ -35,7 +35,7 @@ class ChannelSignals {
  private:
   struct Channel {
     double pace = 0;        // usual change from sample to sample
-    double jump = 0;        // that is not explained; 0: none
+    double jump = 0;        // unexplained change; 0: none
     bool is_fresh = false;  // the jump was that of the last sample
   };
   void CompareWithOthers() noexcept;

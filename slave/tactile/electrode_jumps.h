@@ -9,13 +9,14 @@
 
 namespace palpate {
 
-// A contact moves neighbours, too, and none of them between two samples by far the most: an
-// electrode that does has lost its contact, or was exchanged for another. It is left out until it
-// has come back, or has been what is expected for a while. Allocation-free.
+// Detects an electrode that changes by far more than all others between two samples. A contact
+// changes neighbours as well, so such an electrode has lost its connection or was exchanged for
+// another. It is excluded until it has returned, or has agreed with its prediction for a while.
+// Allocation-free.
 class ElectrodeJumps {
  public:
   using Signals = SignalPattern::Signals;
-  // Variance of what is left out [counts^2].
+  // Variance of an excluded electrode [counts^2].
   static constexpr double kUnknown2 = 1e6;
 
   void Reset() noexcept { *this = {}; }
@@ -26,7 +27,7 @@ class ElectrodeJumps {
     last_ = x;
     known_ = true;
   }
-  // `alive`: x without the electrodes left out, which `inverse` goes by.
+  // `alive`: x without the excluded electrodes, to which `inverse` belongs.
   void Reinstate(const Signals& x, const Signals& alive,
                  const SignalPattern::Covariance& inverse) noexcept {
     const Signals y = inverse * alive;
@@ -49,7 +50,7 @@ class ElectrodeJumps {
   }
 
  private:
-  // Times what the others move from sample to sample. [-] [tuned:
+  // Smallest jump relative to the change of the other electrodes between samples [-]. [tuned:
   // SignalsThatGoTogetherPassAsTheyAre]
   static constexpr double kJump = 8;
   static constexpr double kBack = 0.3;        // part of a jump that is left when it was a spike
@@ -62,7 +63,7 @@ class ElectrodeJumps {
         (x - last_).head<kElectrodeCount>().cwiseAbs();
     std::array<double, kElectrodeCount> sorted = moved;
     std::ranges::sort(sorted);
-    // Most of the others: a quarter of all may jump at once.
+    // Typical change of the other electrodes; a quarter of all may jump at once.
     const double usual = std::max(sorted[kElectrodeCount * 3 / 4], noise);
     for (std::size_t i = 0; i < moved.size(); ++i) {
       if (moved[i] < kJump * usual) continue;
@@ -76,9 +77,9 @@ class ElectrodeJumps {
 
   Signals last_ = Signals::Zero();
   bool known_ = false;                            // the last sample
-  std::array<double, kElectrodeCount> jumped_{};  // by how much [counts]; 0: it did not
-  std::array<int, kElectrodeCount> agrees_{};     // samples in which it is what is expected
-  std::array<int, kElectrodeCount> calm_{};       // samples since it jumped, or was back
+  std::array<double, kElectrodeCount> jumped_{};  // size of the jump [counts]; 0: no jump
+  std::array<int, kElectrodeCount> agrees_{};  // number of samples that agree with the prediction
+  std::array<int, kElectrodeCount> calm_{};    // samples since it jumped, or was back
 };
 
 }  // namespace palpate

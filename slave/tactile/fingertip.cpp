@@ -12,12 +12,13 @@ namespace {
 // Shares of the error's size. [-] [tuned: AForceWithinTheNetworksErrorIsNoTouch]
 constexpr double kBeginShare = 0.5, kEndShare = 0.25;
 constexpr double kRises = 3;       // 0.02 N [counts]
-constexpr double kRestSigmas = 2;  // that the pressure's rest value may be off, besides
+constexpr double kRestSigmas = 2;  // sigmas by which the pressure's baseline may also deviate
 // Largest change of a channel while the baseline is measured: more is not noise [noise at rest].
 constexpr double kConstantSamples = 20;
-// Largest force of a baseline: times that of the training's baselines, and sigmas besides [-].
+// Largest force of a baseline: relative to that of the training's baselines, plus a number of
+// sigmas [-].
 constexpr double kSameRest = 2, kBaselineSigmas = 3;
-// Samples that may be missing, unflagged. [-] [tuned: AFewMissingSamplesAreMadeUpFor]
+// Largest number of missing samples without a flag. [-] [tuned: AFewMissingSamplesAreMadeUpFor]
 constexpr int kBelieved = 2;
 // Times of a release and of missing samples [s]. [tuned: APressDeeperThanAFingertipKeepsItsShape,
 // ASilentFingertipIsStaleThenLostAndItsWindowStartsAgain]
@@ -37,7 +38,7 @@ int Samples(double seconds, double rate) {
   return static_cast<int>(std::clamp(std::round(seconds * rate), 1.0, 1e6));
 }
 
-// 0: channels may stay the same.
+// Returns how long channels may be constant [samples]; 0: no limit.
 int MaxConstantSamples(const NetworkInfo& network, double rate) {
   return network.longest_constant > 0 ? std::max(2, Samples(network.longest_constant, rate)) : 0;
 }
@@ -125,7 +126,7 @@ bool Fingertip::UpdateBaseline(const FingerReading& reading, bool is_clear) noex
   return true;
 }
 
-// A contact moves the channels while the baseline is measured, or they are elsewhere than in the
+// Detects a contact while the baseline is measured: the channels move, or differ from those in the
 // training.
 void Fingertip::ExamineBaseline() noexcept {
   const NetworkInfo& network = this->network();
@@ -166,7 +167,7 @@ void Fingertip::EstimateForce(const TactileSignals& change, bool is_full) noexce
   if (touch_.force_F && !PressureRises()) Widen(touch_.force_F->norm() / 2);
 }
 
-// Known before the force.
+// Returns whether the pressure rises; it can be called before the force is known.
 bool Fingertip::PressureRises() const noexcept {
   const double noise = std::max(1.0, model_->noise().relative());
   return pressure_ > kRises * noise + kRestSigmas * std::sqrt(baseline_.pressure_variance());
@@ -182,7 +183,7 @@ TouchPlace Fingertip::PlaceOf(const TactileSignals& change,
   return place;
 }
 
-// Signals to use; `reading` gets the expected values of replaced electrodes.
+// Returns the corrected signals. `reading` gets the expected values of replaced electrodes.
 TactileSignals Fingertip::Correct(const TactileSignals& change, FingerReading* reading) noexcept {
   if (!model_) return change;
   Stopwatch lap;
@@ -228,7 +229,7 @@ void Fingertip::Keep(const FingerReading& reading) noexcept {
   baseline_.Take(reading);
 }
 
-// All but the newest, whose turn comes.
+// Learns from all readings except the newest, which is processed later.
 void Fingertip::LearnKeptNoise() noexcept {
   if (!model_) return;
   const std::size_t oldest = kept_.size() + kept_next_ - kept_count_;

@@ -26,7 +26,7 @@ struct FingerTouch : Verdict {
   FingerTouch() : Verdict{Validity::kTrackingLost} {}
 
   std::optional<Eigen::Vector3d> force_F;  // of the fingertip on the object [N]; nullopt: unknown
-  double sigma = 0;                        // rms that its vector may be off by [N]
+  double sigma = 0;                        // rms error of the force vector [N]
   TouchPlace place;                        // of this sample; while touching the last usable one
   bool touching = false;
   std::optional<double> drift;  // of all electrodes together since the baseline [counts]
@@ -34,19 +34,18 @@ struct FingerTouch : Verdict {
 };
 
 // Samples that are missing for less than 60 ms are interpolated linearly when the next one comes,
-// so that the network's window stays full. So are those that repeat the last one, where electrodes
-// have noise.
+// so that the network's window stays full. So are repeated samples, if electrodes have noise.
 //
-// Validity: kTrackingLost while the baseline is measured, until the network's window is full, after
-// samples that are missing for 60 ms or are no numbers; kStale, with the last numbers, from the
-// third missing one on; before that they stay, with a sigma that grows as fast as the force moved;
-// kFailed without a network; else kValid, for the checks (MakeFingertipChecks). A gap starts the
-// window again, the baseline stays.
+// Validity: kTrackingLost while the baseline is measured, until the network's window is full, and
+// after samples that are missing for 60 ms or are not finite; kStale, with the last numbers, from
+// the third missing sample on; before that the last numbers, with a sigma that grows with the rate
+// of the force; kFailed without a network; else kValid, subject to the checks
+// (MakeFingertipChecks). A gap restarts the window, but not the baseline.
 //
-// It touches from the sample on that has an active electrode and a force above half the network's
-// error, until for 50 ms no electrode is active or the force is below a quarter of it: soft foam
-// lets contacts drop out for a few samples (paper B, V), which must not shake what follows. Without
-// a force the electrodes decide alone.
+// Contact begins with a sample that has an active electrode and a force above half the network's
+// error. It ends when for 50 ms no electrode is active or the force is below a quarter of that
+// error, because on soft foam contacts are lost for a few samples (paper B, V). Without a force
+// only the electrodes decide.
 class Fingertip {
  public:
   // `network` null: forces are unknown. The arguments must outlive the fingertip.
@@ -66,10 +65,10 @@ class Fingertip {
   // The last sample was missing, or the one before again.
   [[nodiscard]] bool misses() const { return missed_ > 0; }
 
-  // The functions below return what the checks compare.
+  // The functions below return the inputs of the checks.
   [[nodiscard]] const NetworkInfo& network() const { return force_.network(); }
   [[nodiscard]] const StuckElectrodes& stuck() const { return stuck_; }
-  // Null: the network does not know the pattern of its signals.
+  // Null: the network contains no pattern of its signals.
   [[nodiscard]] const SignalModel* signals() const { return model_ ? &*model_ : nullptr; }
   // Returns the signals of a sensor without electrodes.
   [[nodiscard]] const ChannelSignals* channels() const {
@@ -85,7 +84,7 @@ class Fingertip {
 
  private:
   void Miss() noexcept;
-  // False: the baseline is not known yet.
+  // Returns false while the baseline is not known.
   bool UpdateBaseline(const FingerReading& reading, bool is_clear) noexcept;
   [[nodiscard]] TouchPlace PlaceOf(const TactileSignals& change,
                                    const FingerReading& reading) const noexcept;
@@ -107,7 +106,7 @@ class Fingertip {
   WindowForce force_;
   Baseline baseline_;
   StuckElectrodes stuck_;
-  std::optional<SignalModel> model_;  // for networks that know the pattern of their signals
+  std::optional<SignalModel> model_;  // only for networks with a pattern of their signals
   std::optional<ChannelSignals> channel_signals_;  // for such networks without electrodes
   std::string_view baseline_fault_;
   std::size_t channels_;

@@ -13,14 +13,16 @@ namespace {
 using Signals = SignalPattern::Signals;
 using Covariance = SignalPattern::Covariance;
 
-// Standard deviations from its expectation, beyond which an electrode is wrong. [-] [tuned:
+// Largest deviation of an electrode from its prediction in standard deviations [-]. [tuned:
 // SignalsThatGoTogetherPassAsTheyAre]
 constexpr double kOutlier = 5.5;
 // Limit for an electrode whose reading is constant. [-] [tuned:
 // AConstantElectrodeNeedsLessToBeWrong]
 constexpr double kStillOutlier = 1.3;
-constexpr double kTypicalSize = 60;  // of signals in contact, for the choice of a kind [counts]
-constexpr double kMinSize = 10;      // so that gentle contacts are not taken for noise [counts]
+// Typical signals in contact, for the choice between kinds of contacts [counts].
+constexpr double kTypicalSize = 60;
+// Smallest contact size, so that gentle contacts differ from noise [counts].
+constexpr double kMinSize = 10;
 // Multiple of the usual variance below which nothing is removed. [-] [tuned:
 // NoiseIsTakenOffAsFarAsItIsMoreThanUsual]
 constexpr double kQuiet = 4;
@@ -38,7 +40,7 @@ double LogDeterminant(const Eigen::LLT<Covariance>& factor) {
   return 2 * factor.matrixLLT().diagonal().array().log().sum();
 }
 
-// x' S⁻¹ x without what one signal alone adds beyond kOutlier.
+// Returns x' S⁻¹ x without the part of a single signal beyond kOutlier.
 double RobustSquare(const Signals& x, const Covariance& inverse) {
   const Signals y = inverse * x;
   const double outlier = (y.cwiseAbs2().cwiseQuotient(inverse.diagonal())).maxCoeff();
@@ -106,7 +108,7 @@ std::array<std::size_t, SignalModel::kCandidates> SignalModel::Candidates(
     const Kind& kind = kinds_[k];
     double cost = RobustSquare(unit, kind.inverse) + kind.log_det + kind.offset;
     std::size_t index = k;
-    for (std::size_t i = 0; i < kCandidates; ++i) {  // insertion, the least cost first
+    for (std::size_t i = 0; i < kCandidates; ++i) {  // insertion sort, the smallest cost first
       if (!(cost < costs[i])) continue;
       std::swap(cost, costs[i]);
       std::swap(index, best[i]);
@@ -155,7 +157,7 @@ void SignalModel::ReplaceOutliers(const Signals& x, const Electrodes& is_still, 
   }
 }
 
-// Drift is what the residuals have in common for longer than noise lasts. `known`: w.
+// Estimates drift as the slow common part of the residuals. `known`: w.
 void SignalModel::TrackDrift(const Signals& x, const Covariance& inverse,
                              const Signals& known) noexcept {
   const Signals together = Together();
@@ -168,7 +170,7 @@ void SignalModel::TrackDrift(const Signals& x, const Covariance& inverse,
   drift_ += share_ * (drift - drift_);
 }
 
-// `excess`: covariance of what is removed.
+// `excess`: covariance of the removed part.
 void SignalModel::Correct(const TactileSignals& change, const Signals& x, const Covariance& excess,
                           const Covariance& inverse) noexcept {
   const Signals expected = x - excess * (inverse * x);

@@ -8,13 +8,13 @@ namespace palpate {
 namespace {
 
 constexpr double kSecondDifference = 6;  // [-] [derived: variances of noise in x - 2 x' + x'']
-constexpr double kLesser = 0.77;         // part of a square in the lesser one of the two [-]
+constexpr double kLesser = 0.77;         // expected fraction of the smaller one of two squares [-]
 constexpr double kNoisy = 1.3;       // relative noise, from where on the lesser is compensated [-]
-constexpr double kWildest = 50;      // second difference that counts for all [counts^2]
-constexpr double kSameNoise = 0.03;  // of its logarithm: one sigma of the measurement [-]
-constexpr double kMaxGain = 0.3;     // logarithm of a gain that comes with noise; more is noise [-]
-constexpr double kGainParts = 1.5;   // of what the noise indicates, one sigma [-]
-constexpr int kBeginning = 60;       // samples, whose noise is that at the start
+constexpr double kWildest = 50;      // limit of a squared second difference [counts^2]
+constexpr double kSameNoise = 0.03;  // sigma of the measured noise's logarithm [-]
+constexpr double kMaxGain = 0.3;  // largest logarithm of a gain that increased noise indicates [-]
+constexpr double kGainParts = 1.5;  // sigma of the gain relative to the indicated one [-]
+constexpr int kBeginning = 60;      // samples that determine the noise at the start
 
 }  // namespace
 

@@ -5,10 +5,9 @@
 
 namespace palpate {
 
-// SignalNoise estimates noise from the second differences of each signal, or of its residual,
-// whichever are smaller: neither the beginning of a contact nor what the contact model explains
-// counts as noise.
-// Allocation-free.
+// SignalNoise estimates noise from the smaller of the second differences of each signal and of its
+// residual, so that neither the beginning of a contact nor changes that the contact model explains
+// count as noise. Allocation-free.
 class SignalNoise {
  public:
   using Signals = SignalPattern::Signals;

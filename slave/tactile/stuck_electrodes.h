@@ -14,8 +14,8 @@ namespace palpate {
 // Counts of single electrodes show more than the RepeatDetector of images could.
 class StuckElectrodes {
  public:
-  // `max_constant`: samples; 0: channels may stay the same. `are_electrodes`: otherwise how often a
-  // channel repeats itself is learnt at rest.
+  // `max_constant`: number of samples; 0: channels may be constant. `are_electrodes` false: the
+  // usual number of repetitions per channel is learnt at rest.
   StuckElectrodes(int max_constant, int channels, bool are_electrodes = true)
       : max_constant_(max_constant),
         channels_(static_cast<std::size_t>(channels)),
@@ -42,7 +42,7 @@ class StuckElectrodes {
     *this = StuckElectrodes(max_constant_, static_cast<int>(channels_), are_electrodes_);
     known_share_ = known;
   }
-  // The sample repeats the last one, from a fingertip whose noise hardly ever leaves all electrodes
+  // Returns whether the sample repeats the last one. With noise all electrodes are hardly ever
   // constant: in five fingers at 100 Hz 11 to 13 electrodes change from sample to sample.
   [[nodiscard]] bool are_repeated() const noexcept {
     if (!are_electrodes_) return repeated_ > 0 && share() < kHardlyEver;
@@ -51,8 +51,8 @@ class StuckElectrodes {
            moved_ * kElectrodeCount > kMoved * channels * changes_;
   }
   // Returns whether all electrodes are constant for five samples. For a sensor without electrodes
-  // the number of samples is so large that noise cannot cause it. A noise at rest below the
-  // resolution gives no answer: between two steps it may leave all channels constant.
+  // the number of samples is so large that noise cannot cause it. If the noise at rest is below the
+  // resolution, it cannot decide, because all channels may then be constant between two steps.
   [[nodiscard]] bool are_frozen() const noexcept {
     if (are_electrodes_) return repeated_ >= kRepeats && are_repeated();
     return share() < kCoarse && repeated_ >= kRepeats &&
@@ -61,8 +61,8 @@ class StuckElectrodes {
   // Electrodes that have read the same for 300 ms: the values expected from the others are better,
   // whether these electrodes work or not.
   [[nodiscard]] Electrodes which() const noexcept { return SameFor(max_constant_ * 3 / 10); }
-  // Electrodes that have read the same for 50 ms, which happens; if their deviation is also large,
-  // they are wrong.
+  // Returns the electrodes that were constant for 50 ms. This may happen by chance; if their
+  // deviation is also large, they are faulty.
   [[nodiscard]] Electrodes still() const noexcept { return SameFor(max_constant_ / kStill); }
   // Returns whether all electrodes have read the same for `max_constant` samples.
   [[nodiscard]] bool are_all() const noexcept { return count() == static_cast<int>(channels_); }

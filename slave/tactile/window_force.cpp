@@ -10,9 +10,9 @@ namespace {
 
 // Error of networks of electrodes that do not state it: paper B, table I, rnn_21 [N].
 const Eigen::Vector3d kPaperSigma{0.01807, 0.03107, 0.05171};
-constexpr double kLag = 3;           // samples that a recurrent network's answer is late, about
-constexpr double kPromptLag = 0.25;  // that another one's is
-constexpr double kLeap = 0.5;        // of what changes unlike before, that may be an error
+constexpr double kLag = 3;           // typical delay of a recurrent network's answer [samples]
+constexpr double kPromptLag = 0.25;  // assumed lag of other networks [s]
+constexpr double kLeap = 0.5;        // share of a sudden change that may be an error
 
 }  // namespace
 
@@ -69,9 +69,9 @@ WindowForce::Estimate WindowForce::Take(const TactileSignals& change, bool is_fu
   return {force_F, std::hypot(sigma, signals->force_sigma(), gain_sigma)};
 }
 
-// Beyond what was learnt it grows with the force, and it grows with how fast that changes. Where it
-// is not known how it does before, it is that along the force; components whose error is not known
-// are taken for as wrong as the worst that is.
+// Returns the sigma of a force. Beyond the training it grows with the force, and always with the
+// rate of the force. If no error law is known, the error along the force is used; components with
+// an unknown error get the largest known one.
 double WindowForce::SigmaOf(const Eigen::Vector3d& force_F,
                             const SignalModel* signals) const noexcept {
   const double size = force_F.norm(), largest = network_.sigma.maxCoeff();

@@ -36,12 +36,13 @@ class WindowForce {
   };
   // Returns the force for a constant change of the channels; nullopt: unknown. Starts a new window.
   [[nodiscard]] std::optional<Eigen::Vector3d> ForceOf(const TactileSignals& change) noexcept;
-  // Is called once per sample, after Push, which returned `is_full`. `before_F`: force of the last
+  // Call once per sample, after Push, which returned `is_full`. `before_F`: force of the last
   // sample; `signals`: model of the same samples, null: unknown.
   [[nodiscard]] Estimate Take(const TactileSignals& change, bool is_full,
                               const std::optional<Eigen::Vector3d>& before_F,
                               const SignalModel* signals) noexcept;
-  // The network's, frame F [m]; nullopt: it gives none, or the window is not full.
+  // Contact point of the network, frame F [m]; nullopt: it has no such output, or the window is not
+  // full.
   [[nodiscard]] const std::optional<Eigen::Vector3d>& contact_point() const { return contact_F_; }
   // Returns the change of the force per sample, at present [N].
   [[nodiscard]] double pace() const noexcept { return std::max(pace_F_.norm(), step_); }

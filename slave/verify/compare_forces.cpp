@@ -23,10 +23,10 @@ using Eigen::VectorXd;
 
 constexpr double kLoadedShare = 0.05;  // of the largest measured force
 
-// The quantity whose standard deviation a sigma is.
+// The quantity to which a sigma refers.
 enum class SigmaKind : std::uint8_t { kMagnitude, kVector, kAxis };
 
-// The mean of the columns of each hold; columns of one hold are neighbours.
+// Returns the mean of the columns of each hold; columns of one hold are contiguous.
 Matrix3Xd MeansOfHolds(const Matrix3Xd& columns, const std::vector<const ForceRow*>& rows) {
   Matrix3Xd means(3, columns.cols());
   Index count = 0;
@@ -38,10 +38,10 @@ Matrix3Xd MeansOfHolds(const Matrix3Xd& columns, const std::vector<const ForceRo
   return means.leftCols(count);
 }
 
-// Two columns of vectors, on the axes on which some row has a number in both.
+// Two columns of vectors, restricted to axes on which some row has numbers in both.
 struct Columns {
   std::vector<int> axes;
-  std::vector<const ForceRow*> rows;  // those with numbers on all of these axes
+  std::vector<const ForceRow*> rows;  // rows with numbers on all of these axes
   Matrix3Xd first, second;            // 0 on other axes
 };
 
@@ -132,19 +132,20 @@ class Comparer {
   const std::vector<ForceRow>& all_;
   const ForceSource& source_;
   ForceComparison result_;
-  std::vector<const ForceRow*> rows_;  // that are compared
-  ForceRecord record_;  // these rows; estimates divided by the unit, measured ones moved
+  std::vector<const ForceRow*> rows_;  // compared rows
+  // The compared rows, with estimates converted to the unit and measured forces shifted in time.
+  ForceRecord record_;
   std::vector<double> sigma_;
   double largest_ = 0;               // measured force [N]
   double largest_estimate_ = 0;      // in its own unit [N]
-  ForceRecord fitted_;               // the means of holds, or the record without its drift
-  std::vector<int> block_;           // of the columns of fitted_
-  Vector3d drift_{0, 0, 0};          // of a record whose drift is wrong [N]
+  ForceRecord fitted_;               // means of holds, or the record without drift
+  std::vector<int> block_;           // block of each column of fitted_
+  Vector3d drift_{0, 0, 0};          // drift of the record if it is wrong [N]
   Vector3d offset_{0, 0, 0};         // [N]
-  Matrix3d map_ = Matrix3d::Zero();  // the estimate without errors: map_ measured + offset_
+  Matrix3d map_ = Matrix3d::Zero();  // fitted relation: estimate = map_ measured + offset_
 };
 
-// Keeps these of the compared rows.
+// Keeps only these compared rows.
 void Comparer::Keep(const std::vector<Index>& rows) {
   if (record_.t.size() > 0) record_.t = VectorXd(record_.t(rows));
   record_.measured = Matrix3Xd(record_.measured(Eigen::all, rows));
@@ -153,7 +154,7 @@ void Comparer::Keep(const std::vector<Index>& rows) {
   sigma_ = Selected(sigma_, rows);
 }
 
-// Flagged rows count only where they are the rule.
+// Leaves out flagged rows, unless most rows are flagged.
 void Comparer::LeaveOutFlagged() {
   std::vector<Index> kept;
   Index loaded = 0;
@@ -249,7 +250,7 @@ void Comparer::AddChannels() {
   Keep(kept);
 }
 
-// The drift is subtracted where it is wrong.
+// Subtracts the drift if it is wrong.
 void Comparer::AddChange() {
   const RecordChange change = FitChange(record_);
   const double right = kChangeTolerance * largest_estimate_;
@@ -367,7 +368,7 @@ void Comparer::AddDirections() {
     const AxisRelation& relation = map.relation;
     if (map.relation_is_clear) {
       sign.finding = relation.is_flipped() ? Finding::kWrong : Finding::kRight;
-      // Scatter widens the interval of a turn, which is never negative.
+      // An angle is never negative, so scatter increases it and its interval.
       const bool is_small = map.turn.value <= kTurnTolerance;
       frame.finding = relation.is_permuted() ? Finding::kWrong
                       : is_small             ? Finding::kRight
@@ -382,8 +383,9 @@ void Comparer::AddDirections() {
   result_.lines.push_back(std::move(frame));
 }
 
-// The force that is estimated without a load: the least by both regressions, and by the mean error
-// where scale and frame are right, because a prediction that tends to its mean has no offset.
+// Determines the force that is estimated without a load: the smallest one by both regressions, and
+// by the mean error if scale and frame are right, because a prediction that tends to its mean has
+// no offset.
 void Comparer::AddOffset() {
   Line& line = Add("zero", "Offset");
   if (result_.map.directions == 0) return;
@@ -407,7 +409,7 @@ void Comparer::AddOffset() {
   line.finding = FindingOfInterval(*line.interval, 0, right);
 }
 
-// Mean errors of five ranges of size, of equally many rows.
+// Adds the mean errors of five ranges of force with equal numbers of rows.
 void Comparer::AddSizes() {
   Line& line = Add("size", "Error by size");
   constexpr std::size_t kRanges = 5;
@@ -422,7 +424,7 @@ void Comparer::AddSizes() {
         order.begin() + static_cast<long>(range * order.size() / kRanges),
         order.begin() + static_cast<long>((range + 1) * order.size() / kRanges));
     const double from = size(rows.front()), until = size(rows.back());
-    std::ranges::sort(rows);  // neighbours share errors
+    std::ranges::sort(rows);  // because neighbouring rows have correlated errors
     const auto mean = MeanOf(error(Eigen::all, rows));
     if (line.interval && mean->size.value <= line.interval->value) continue;
     line.interval = mean->size;
@@ -468,11 +470,11 @@ void Comparer::AddSigma() {
   const bool is_any = source_.kind == ForceSource::Kind::kAny;
   SigmaKind kind =
       source_.kind == ForceSource::Kind::kCamera ? SigmaKind::kMagnitude : SigmaKind::kVector;
-  if (is_any) {  // the kind that fits best
+  if (is_any) {  // chooses the kind of sigma that fits best
     kind = std::ranges::min({SigmaKind::kAxis, SigmaKind::kVector}, {},
                             [&](SigmaKind one) { return std::abs(std::log(rms_of(one, false))); });
   }
-  // A unit's mistake may concern the force alone.
+  // The wrong unit may affect only the force and not the sigma.
   const double ratio = rms_of(kind, false);
   if (is_any && std::abs(std::log(ratio / result_.unit)) < std::abs(std::log(ratio))) {
     for (double& sigma : sigma_) sigma *= result_.unit;
@@ -503,7 +505,7 @@ void Comparer::AddSigma() {
   result_.corrected_sigma_ratio = rms_of(kind, true);
 }
 
-// Known and estimated positions are two columns as well.
+// Compares known and estimated positions like forces.
 void Comparer::AddPosition() {
   Line scale{"position", "Position scale"};
   std::vector<ForceRow> rows = all_;

@@ -31,13 +31,14 @@ struct ForceRow {
   double known_depth = kUnknown, depth = kUnknown;
 };
 
-// ForceSource states what made the estimates. It decides what sigma means and how causes are named.
+// ForceSource is the kind of source of the estimates. It determines the meaning of sigma and the
+// names of causes.
 struct ForceSource {
   // kAny: sigma is that of an axis or of the vector, whichever fits. kCamera: a scene's model; its
   // sigma is that of the magnitude, and covers the tolerance of the material, so that it may be
   // larger than errors are. kFingertips: the same of the vector.
   enum class Kind : std::uint8_t { kAny, kCamera, kFingertips } kind = Kind::kAny;
-  double young_modulus = 0;     // that the forces follow from [Pa]; 0: none
+  double young_modulus = 0;     // modulus from which the forces were computed [Pa]; 0: none
   double pixel = 0;             // of the one camera [m]; 0: none
   std::string position_source;  // quantity that scales positions
   double object_size = 0;       // diagonal of its box [m]; 0: unknown
@@ -51,7 +52,7 @@ struct Line {
   std::string title;
   Finding finding = Finding::kUntested;
   std::optional<Interval> interval{};  // of 95 %
-  std::string value{};                 // with its interval
+  std::string value{};                 // value with its interval
   std::string remark{};                // expected value, or missing data
 };
 
@@ -81,10 +82,11 @@ inline constexpr double kForceTolerance = 0.10, kRecordTolerance = 0.07, kPositi
                         kZeroTolerance = 0.03, kTurnTolerance = 0.0873, kPlaceTolerance = 0.01,
                         kChangeTolerance = 0.10;
 
-// Rows in order of time; where one has no time, in the order of their errors. An axis without any
-// row where both forces are known is not compared, and rows without a number on a compared axis are
-// left out. Rows with the number of a hold share their errors, as neighbouring rows of a record do.
-// Throws std::invalid_argument: times fall, or only some rows have the number of a hold.
+// Rows must be in the order of time, or without time in the order of the record. An axis without
+// any row in which both forces are known is not compared, and rows without a number on a compared
+// axis are left out. Rows with the same hold number have correlated errors, as neighbouring rows of
+// a record have. Throws std::invalid_argument: decreasing times, or only some rows have a hold
+// number.
 ForceComparison CompareForces(const std::vector<ForceRow>& rows, const ForceSource& source = {});
 
 }  // namespace palpate

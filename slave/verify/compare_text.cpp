@@ -64,7 +64,7 @@ void AddSigmaCauses(const ForceComparison& comparison, const ForceSource& source
   }
 }
 
-// 10, 0.01, ... if `gain` is that to within the tolerance of a force; 1: it is not.
+// Returns the power of ten that equals `gain` within the tolerance of a force; 1: there is none.
 double PowerOfTen(double gain) {
   const double power = std::pow(10.0, std::round(std::log10(gain)));
   return std::abs(gain / power - 1) <= kForceTolerance ? power : 1;
@@ -90,7 +90,7 @@ void AddScaleCauses(const ForceComparison& comparison, const ForceSource& source
                     std::vector<std::string>* causes) {
   const VectorMap& force = comparison.map;
   const Interval gain = force.gain.forth;
-  bool follows = false;  // the force's scale from that of positions
+  bool follows = false;  // whether the force's scale follows from that of positions
   if (comparison.position &&
       FindingOfInterval(comparison.position->gain.forth, 1 - kPositionTolerance,
                         1 + kPositionTolerance) == Finding::kWrong) {

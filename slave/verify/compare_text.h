@@ -27,7 +27,7 @@ struct UnitMistake {
   double factor = 1;
   const char* words = "";
 };
-// The mistake whose factor lies in the interval of a `gain`; factor 1: none.
+// Returns the unit mistake whose factor is in the interval `gain`; factor 1: none.
 UnitMistake UnitOf(const Interval& gain);
 
 // Returns the likely causes of a wrong result.

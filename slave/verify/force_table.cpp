@@ -41,7 +41,7 @@ double FactorOf(const std::string& option, const std::string& unit, Quantity qua
   return found->to_si;
 }
 
-// A column's numbers in SI.
+// Reads the numbers of a column in SI units.
 class NumberColumn {
  public:
   NumberColumn(const CsvTable& table, const std::string& name, double factor = 1)
@@ -83,7 +83,7 @@ bool IsValid(const std::string& word) {
   return std::ranges::find(kWords, word) != kWords.end();
 }
 
-// A name that the user gave must be in the table.
+// Requires that a column named by the user exists in the table.
 void RequireGiven(const CsvTable& table, const std::string& names, const std::string& usual) {
   if (names == usual) return;
   for (const std::string& name : AxisColumns("", names)) {

@@ -11,7 +11,7 @@
 namespace palpate {
 
 // Names of columns, with commas between those of a force; `-` in place of a name: this axis is
-// unknown. One name alone is z. Units are those of FindUnit, and g for gram-force.
+// unknown. A single name is z. Units are those of FindUnit, and g for gram-force.
 struct ForceColumns {
   std::string measured = "measured_fx,measured_fy,measured_fz";
   std::string estimated = "estimated_fx,estimated_fy,estimated_fz";

@@ -50,7 +50,7 @@ class DelaySearch {
   }
   [[nodiscard]] Index rows() const { return static_cast<Index>(rows_.size()); }
   [[nodiscard]] bool is_possible() const { return rows() >= kMinFitRows && directions_.cols() > 0; }
-  // The sum of squares of each block of rows.
+  // Returns the sum of squares of each block of rows.
   [[nodiscard]] VectorXd Squares(double delay) const {
     Matrix3Xd measured(3, rows());
     Index at = 0;
@@ -82,7 +82,8 @@ double Vertex(double before, double at, double after) {
   return (before - after) / (2 * (before - 2 * at + after));
 }
 
-// +1 while the measured force grows along its main direction, -1 while it falls, 0 while it rests.
+// Returns for each row +1 while the measured force grows along its main direction, -1 while it
+// falls, 0 while it is constant.
 VectorXd Loading(const Matrix3Xd& measured, const Vector3d& direction) {
   constexpr Index kSpan = 3;             // rows to either side
   constexpr double kRestingShare = 0.1;  // of the fastest change

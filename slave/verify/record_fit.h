@@ -17,19 +17,20 @@ struct ForceRecord {
   Eigen::Matrix3Xd estimated;  // [N]
 };
 
-// Fewest rows of a record for what this file finds.
+// Smallest number of rows of a record for these fits.
 inline constexpr Eigen::Index kMinFitRows = 50;
 
-// How long the estimated force comes after the measured one [s]; negative: before it. The delay
-// with the least error of a linear map. nullopt: fewer than 50 rows, no time, or the forces do not
-// determine it. Delays up to 1 s and a quarter of the record.
+// Returns the delay of the estimated force after the measured one [s]; negative: before it. It is
+// the delay with the smallest error of a linear map. nullopt: fewer than 50 rows, no time, or the
+// forces do not determine it. Delays up to 1 s and a quarter of the record.
 std::optional<Interval> EstimateDelay(const ForceRecord& record);
 
-// The measured force, linear between rows, `delay` seconds earlier. Returns the rows that remain:
-// those where it is known.
+// Replaces the measured force by its value `delay` seconds earlier, linear between rows. Returns
+// the rows in which it is known.
 std::vector<Eigen::Index> MoveMeasured(double delay, ForceRecord* record);
 
-// Size of what a map does not explain [N]; nullopt: the record does not determine it.
+// Magnitude of the change that a map does not explain [N]; nullopt: the record does not determine
+// it.
 struct RecordChange {
   std::optional<Interval> drift;  // change of the estimate during the whole record
   Eigen::Vector3d drift_vector{0, 0, 0};

@@ -16,11 +16,12 @@ using Eigen::Matrix3d;
 using Eigen::Matrix3Xd;
 using Eigen::Vector3d;
 
-constexpr double kMinShare = 0.2;      // of the largest direction's size that a direction needs
-constexpr double kNearlyWhole = 0.98;  // of an axis that lies in the tested directions
+// Smallest size of a tested direction relative to the largest one.
+constexpr double kMinShare = 0.2;
+constexpr double kNearlyWhole = 0.98;  // smallest share of an axis within the tested directions
 constexpr double kTie = 0.02;          // cosines that differ less are equally good
 
-// Every relation that keeps the axes that are not in `axes`, the simplest ones first.
+// Returns all relations that change only the axes in `axes`, the simplest ones first.
 std::vector<AxisRelation> Relations(const std::vector<int>& axes) {
   struct Rated {
     AxisRelation relation;
@@ -38,7 +39,7 @@ std::vector<AxisRelation> Relations(const std::vector<int>& axes) {
         one.relation.sign[j] = (flips >> k & 1U) != 0 ? -1 : 1;
         one.cost += (order[k] != axes[k] ? 2 : 0) + (one.relation.sign[j] < 0 ? 2 : 0);
       }
-      // Both a sign that is reversed everywhere, and one axis that is, are one mistake.
+      // Reversing the sign of all axes counts as one mistake, like reversing one axis.
       if (flips + 1 == flips_end && !one.relation.is_permuted()) one.cost = 1;
       rated.push_back(one);
     }
@@ -108,7 +109,7 @@ class MapFitter {
     }
     return best;
   }
-  // How much better another relation than "the same axes" explains the map, above a tie.
+  // Returns by how much the best other relation explains the map better than equal axes.
   [[nodiscard]] double CaseForOthers(const Fit& fit) const {
     double highest = -2;
     for (std::size_t i = 1; i < relations_.size(); ++i) {
@@ -116,14 +117,15 @@ class MapFitter {
     }
     return highest - Cosine(fit, relations_[0]) - kTie;
   }
-  // The rotation, perhaps mirrored, of the tested directions that is nearest to `map`.
+  // Returns the nearest rotation to `map` within the tested directions; it may include a
+  // reflection.
   [[nodiscard]] Matrix3d Rotation(const Matrix3d& map) const {
     const Eigen::JacobiSVD<Matrix3d> svd(map * first_, Eigen::ComputeFullU | Eigen::ComputeFullV);
     const auto count = static_cast<Index>(std::lround(first_.trace()));
     return svd.matrixU().leftCols(count) * svd.matrixV().leftCols(count).transpose();
   }
 
-  // The inverse of a map of the second column, on its tested directions.
+  // Returns the inverse of a map of the second column, within its tested directions.
   [[nodiscard]] Matrix3d InverseOf(const Matrix3d& back) const {
     const Eigen::JacobiSVD<Matrix3d> svd(back, Eigen::ComputeFullU | Eigen::ComputeFullV);
     Matrix3d inverse = Matrix3d::Zero();
@@ -250,7 +252,7 @@ VectorMap FitMap(const Matrix3Xd& first, const Matrix3Xd& second, const std::vec
   std::vector<Fits> without;
   for (const Moments& one : of_block) {
     without.push_back(fitter.FitBoth(sum - one));
-    without.back().forth.K = forth.K;  // which loads there are is no error
+    without.back().forth.K = forth.K;  // the selection of loads is no error
     without.back().back.K = back.K;
   }
   const auto freedom = static_cast<double>(of_block.size()) - 1 - P.trace();

@@ -1,5 +1,5 @@
-// The linear map between two columns of vectors, with intervals at 95 %: how much the second column
-// is scaled, turned or mirrored against the first, or which of its axes are exchanged.
+// The linear map between two columns of vectors, with 95 % intervals: scale, rotation, mirroring
+// and exchanged axes of the second column relative to the first.
 #pragma once
 
 #include <array>
@@ -16,7 +16,7 @@
 namespace palpate {
 
 enum class Finding : std::uint8_t { kRight, kWrong, kOpen, kUntested };
-// Whether an interval lies inside `low` to `high`, outside, or across an end (kOpen).
+// Returns whether an interval is inside `low` to `high`, outside, or across an end (kOpen).
 Finding FindingOfInterval(const Interval& interval, double low, double high);
 
 // `count` rows in at most 20 blocks of neighbours, which may share their errors: row i belongs to
@@ -38,11 +38,11 @@ double JackknifeReach(const Replicates& without, double freedom, const Distance&
   return StudentReach(freedom) * std::sqrt(squares * (count - 1) / count);
 }
 
-// The interval of the size of a mean vector whose blocks are neighbouring columns of `errors`.
+// Interval of the length of a mean vector, from block means of neighbouring columns of `errors`.
 // nullopt: fewer than three columns.
 struct MeanVector {
   Eigen::Vector3d mean = Eigen::Vector3d::Zero();
-  Interval size;  // not below 0
+  Interval size;  // >= 0
 };
 std::optional<MeanVector> MeanOf(const Eigen::Matrix3Xd& errors);
 
@@ -61,14 +61,15 @@ struct AxisRelation {
   [[nodiscard]] bool is_flipped() const { return sign != std::array{1, 1, 1}; }
 };
 
-// A scale by the regression of the second column on the first, and by the inverse one. Errors of
-// the second column make `forth` too small where it is a prediction that tends to its mean, and
-// `back` too large otherwise: the truth lies between. Source: Frisch (1934), errors in variables.
+// A scale by the regression of the second column on the first (`forth`), and by the inverse
+// regression (`back`). If the second column is a prediction that tends to its mean, `forth` is too
+// small; with noise in it `back` is too large. The true scale is between them. Source: Frisch
+// (1934), errors in variables.
 struct Scale {
   Interval forth, back;
 
   [[nodiscard]] Interval Both() const;
-  // Right if either is; wrong if both are, on the same side.
+  // Right if either scale is right; wrong if both are wrong on the same side.
   [[nodiscard]] Finding FindingWithin(double tolerance) const;
 };
 

@@ -7,7 +7,7 @@
 namespace palpate {
 namespace {
 
-// Segments ab and cd share a point.
+// Returns whether segments ab and cd share a point.
 bool SegmentsIntersect(const Eigen::Vector2d& a, const Eigen::Vector2d& b, const Eigen::Vector2d& c,
                        const Eigen::Vector2d& d) noexcept {
   const bool apart = (a.cwiseMax(b).array() < c.cwiseMin(d).array()).any() ||
@@ -50,7 +50,7 @@ Curve Resample(CurveView curve, int count) {
   const double spacing = CurveLength(curve) / count;
   Curve even;
   even.reserve(static_cast<std::size_t>(count));
-  double ahead = 0;  // arc length from curve[i] to the next even point
+  double ahead = 0;  // arc length from curve[i] to the next resampled point
   for (std::size_t i = 0; i < curve.size(); ++i) {
     const Eigen::Vector2d& a = curve[i];
     const Eigen::Vector2d side = curve[(i + 1) % curve.size()] - a;

@@ -13,18 +13,20 @@ namespace palpate {
 namespace {
 
 constexpr int kSteps = 60;
-constexpr double kMinScale = 0.02;       // of the errors [px]
-constexpr double kMinInliers = 0.4;      // part of the points
-constexpr double kRotationPrior = 1e-4;  // against the points' own say; a block's rotation: 0.1 %
-constexpr double kMaxRotation = 0.17;    // [rad]
-// Points next to each other share edge pixels, too, the second next none. With fewer points than
-// this a step is far along the outline. [-] [tuned: SigmaIsByHowMuchTheEdgeIsElsewhere]
+constexpr double kMinScale = 0.02;   // of the errors [px]
+constexpr double kMinInliers = 0.4;  // part of the points
+// Weight of the prior relative to the points; effect on a block's rotation: 0.1 %.
+constexpr double kRotationPrior = 1e-4;
+constexpr double kMaxRotation = 0.17;  // [rad]
+// Adjacent points share edge pixels, the second next do not. With fewer points than this adjacent
+// points are independent [-]. [tuned: SigmaIsByHowMuchTheEdgeIsElsewhere]
 constexpr std::size_t kCloseTogether = 64;
-constexpr std::size_t kMaxApart = 5;  // points, that are neighbours
+constexpr std::size_t kMaxApart = 5;  // largest distance of correlated points, in points
 constexpr int kUnknowns = 3;          // of the rigid motion [by definition]
 
 struct Foot {
-  Eigen::Vector2d normal{0, 0};  // unit, from the outline to the point where that is not 0
+  // Unit vector from the outline to the point if their distance is not 0.
+  Eigen::Vector2d normal{0, 0};
   double distance = std::numeric_limits<double>::infinity();  // along the normal, signed
 };
 
@@ -46,8 +48,8 @@ void Nearer(const std::vector<Eigen::Vector2d>& loop, const Eigen::Vector2d& p, 
   }
 }
 
-// Points relative to O under the motion (shift, angle, growth) about `centre` that takes the
-// outline to the points; so the points are moved back.
+// Motion (shift, angle, growth) about `centre` from the outline to the points. Applied to points it
+// moves them back.
 struct Motion {
   Eigen::Vector2d centre, shift{0, 0};
   double angle = 0, scale = 1;
@@ -58,7 +60,7 @@ struct Motion {
 
 class Fitter {
  public:
-  // `grows`: the size is to be found, too.
+  // `grows`: whether the size is also fitted.
   Fitter(const Outline& outline, std::vector<Eigen::Vector2d> points, double pixel, bool grows)
       : outline_(outline), points_(std::move(points)), pixel_(pixel), grows_(grows) {
     motion_.centre.setZero();
@@ -69,7 +71,7 @@ class Fitter {
     }
   }
 
-  // The scale of the errors starts at `reach` and shrinks to what the points themselves show.
+  // The scale of the errors starts at `reach` and shrinks to that of the residuals.
   void Run(double reach) {
     double scale = reach * pixel_;
     for (int step = 0; step < kSteps; ++step) {
@@ -101,7 +103,8 @@ class Fitter {
   }
 
  private:
-  // Mean product of the distances of points `apart` places from each other [m^2].
+  // Returns the mean product of the distances of points that are `apart` positions from each other
+  // [m^2].
   [[nodiscard]] double Shared(std::size_t apart) const {
     double sum = 0;
     int pairs = 0;
@@ -139,8 +142,8 @@ class Fitter {
   }
 
   // Takes one Gauss-Newton step. Returns the largest motion of the outline [m]. Rotations and
-  // growth are measured by the way they move the outline's farthest point; rotations are held a
-  // little towards none: a disc does not determine its own.
+  // growth are measured by the motion of the outline's farthest point. Rotations have a weak prior
+  // at zero, because a disc does not determine its rotation.
   double Step(double cut) {
     Eigen::Matrix4d A = Eigen::Matrix4d::Zero();
     Eigen::Vector4d b = Eigen::Vector4d::Zero();
@@ -169,11 +172,11 @@ class Fitter {
   }
 
   const Outline& outline_;
-  std::vector<Eigen::Vector2d> points_;  // in O as the scene has it
+  std::vector<Eigen::Vector2d> points_;  // in the scene's frame O
   double pixel_;
   bool grows_;
   double scale_sigma_ = 0;
-  double size_ = 0;  // of the outline about its centre [m]
+  double size_ = 0;  // size of the outline [m]
   double cut_ = 0;
   Motion motion_;
   std::vector<Foot> feet_;
@@ -199,7 +202,8 @@ OutlineFit FitOutline(const Outline& outline, const Eigen::Isometry3d& X_SO, Cur
   fitter.Report(fit);
 
   const Motion& motion = fitter.motion();
-  Eigen::Isometry3d X_OO = Eigen::Isometry3d::Identity();  // from the scene's O to the real one
+  // Transformation from the scene's frame O to the fitted one.
+  Eigen::Isometry3d X_OO = Eigen::Isometry3d::Identity();
   const Eigen::Rotation2Dd turn(motion.angle);
   X_OO.linear().topLeftCorner<2, 2>() = turn.toRotationMatrix();
   X_OO.translation().head<2>() = motion.shift + motion.centre - turn * motion.centre;

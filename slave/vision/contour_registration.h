@@ -30,7 +30,7 @@ struct OutlineFit {
 // near the tool or at rounded corners lose their weight. `reach` [px]: largest distance of the
 // object from its pose in the scene. Beyond it, or with fewer than 40 % inliers, or with a rotation
 // above 10 degrees, `found` is false and X_SO is the scene's. The scale is that of the best
-// similarity; the motion has none.
+// similarity; the motion has no scale.
 OutlineFit FitOutline(const Outline& outline, const Eigen::Isometry3d& X_SO, CurveView contour_I,
                       const CameraView& view, double reach = 30);
 

@@ -18,7 +18,7 @@ namespace {
 constexpr double kCircleEdge = 160;
 constexpr int kDirections = 32;
 constexpr double kRadiusStep = 1.08, kMinRadius = 0.02;
-constexpr double kMinVote = 0.15;  // 1: a strong edge all round
+constexpr double kMinVote = 0.15;  // 1 would be a strong edge all round
 
 struct RoundEdge {
   Eigen::Vector2d centre{0, 0};  // [px]
@@ -30,11 +30,12 @@ struct Vote {
   double radius = 0, vote = 0;
 };
 
-// The gradient with its magnitude bent to 0 ... 1, so that no strong edge outvotes many weak ones.
-struct BentGradient {
+// The gradient with its magnitude compressed to 0 ... 1, so that one strong edge does not outweigh
+// many weak ones.
+struct LimitedGradient {
   cv::Mat x, y;  // CV_32F
 };
-BentGradient Bent(const cv::Mat& image) {
+LimitedGradient Bent(const cv::Mat& image) {
   cv::Mat gx, gy;
   cv::Sobel(image, gx, CV_32F, 1, 0, 3, 0.125);
   cv::Sobel(image, gy, CV_32F, 0, 1, 3, 0.125);
@@ -63,30 +64,32 @@ struct Rim {
   }
 };
 
-// The gradient outwards along the rim, of the centres from `from` to `to` of row `y`: a direction
-// at a time, so that compilers take several centres at once.
-void SumAlongRim(const BentGradient& bent, const Rim& rim, int y, int from, int to, float* sums) {
+// Sums the outward gradient along the rim for the centres `from` to `to` of row `y`, one direction
+// at a time so that compilers can vectorise over centres.
+void SumAlongRim(const LimitedGradient& gradient, const Rim& rim, int y, int from, int to,
+                 float* sums) {
   std::fill(sums + from, sums + to, 0.0F);
   for (std::size_t k = 0; k < kDirections; ++k) {
-    const float* gx = bent.x.ptr<float>(y + rim.offsets[k].y) + rim.offsets[k].x;
-    const float* gy = bent.y.ptr<float>(y + rim.offsets[k].y) + rim.offsets[k].x;
+    const float* gx = gradient.x.ptr<float>(y + rim.offsets[k].y) + rim.offsets[k].x;
+    const float* gy = gradient.y.ptr<float>(y + rim.offsets[k].y) + rim.offsets[k].x;
     const float nx = rim.normals[k][0], ny = rim.normals[k][1];
     for (int x = from; x < to; ++x) sums[x] += gx[x] * nx + gy[x] * ny;
   }
 }
 
-// The best radius for every centre.
-std::vector<Vote> VoteEverywhere(const BentGradient& bent) {
-  const int cols = bent.x.cols, rows = bent.x.rows;
-  std::vector<Vote> best(bent.x.total());
+// Returns the best radius for every centre.
+std::vector<Vote> VoteEverywhere(const LimitedGradient& gradient) {
+  const int cols = gradient.x.cols, rows = gradient.x.rows;
+  std::vector<Vote> best(gradient.x.total());
   std::vector<float> sums(static_cast<std::size_t>(cols));
   const double largest = 0.5 * std::min(cols, rows) - 1;
   for (double r = std::max(3.0, kMinRadius * std::max(cols, rows)); r < largest; r *= kRadiusStep) {
     const Rim rim(r);
     const int margin = static_cast<int>(r) + 1;
-    const double scale = std::sqrt(r / kCircleEdge * 8);  // larger circles are less likely
+    // Factor for larger circles, which are less likely.
+    const double scale = std::sqrt(r / kCircleEdge * 8);
     for (int y = margin; y < rows - margin; ++y) {
-      SumAlongRim(bent, rim, y, margin, cols - margin, sums.data());
+      SumAlongRim(gradient, rim, y, margin, cols - margin, sums.data());
       for (int x = margin; x < cols - margin; ++x) {
         const double vote = std::abs(sums[static_cast<std::size_t>(x)]) / kDirections * scale;
         Vote& here = best[static_cast<std::size_t>(y * cols + x)];
@@ -97,10 +100,10 @@ std::vector<Vote> VoteEverywhere(const BentGradient& bent) {
   return best;
 }
 
-// At most `count` circles that lie whole in `image` (8 bit grey, smoothed), best first: those
-// along which most of the gradient points outwards, or inwards, all round. Each direction counts at
-// most once, however strong its edge. Every centre and radius (from 2 % of the longer edge on, in
-// steps of 8 %) is tried at 160 px: about 20 ms.
+// Returns at most `count` circles that are completely in `image` (8 bit grey, smoothed), best
+// first: those along which most of the gradient points outwards, or inwards. Each direction counts
+// at most once, independent of the strength of its edge. Every centre and radius (from 2 % of the
+// longer edge on, in steps of 8 %) is tested at 160 px: about 20 ms.
 std::vector<RoundEdge> FindRoundEdges(const cv::Mat& image, std::size_t count) {
   const double scale = std::min(1.0, kCircleEdge / std::max(image.cols, image.rows));
   cv::Mat working = image;
@@ -128,18 +131,18 @@ using PixelChain = std::vector<cv::Point>;
 
 // Larger images are searched at this size [px]. [tuned: ImagesWithoutAnObjectAreRefused]
 constexpr double kWorkingEdge = 480;
-// Against noise and fine texture [px]. [tuned: ImagesWithoutAnObjectAreRefused]
+// Blur against noise and fine texture [px]. [tuned: ImagesWithoutAnObjectAreRefused]
 constexpr double kBlur = 1.5;
 constexpr int kThresholds = 32;                     // between the darkest and the brightest percent
 constexpr double kMinArea = 0.001, kMaxArea = 0.7;  // area, part of the image
 // Area / area of the convex hull. [-] [tuned: ImagesWithoutAnObjectAreRefused]
 constexpr double kMinSolidity = 0.8;
 constexpr double kMinRoundness = 0.35;  // 4 pi area / length^2 of the hull: no bar
-constexpr double kMinAgreement = 0.5;   // of the edge's sign along the outline, 0 to 1
+constexpr double kMinAgreement = 0.5;   // agreement of the edge's sign along the outline, 0 to 1
 constexpr double kMinEdge = 1;          // mean gradient across the outline [grey levels / px]
-constexpr std::size_t kCircles = 24;    // considered beside the regions
+constexpr std::size_t kCircles = 24;    // circles considered in addition to regions
 
-// Grey levels below which lie 1 % and 99 % of the pixels.
+// Returns the 1 % and 99 % quantiles of the grey levels.
 cv::Vec2i Percentiles(const cv::Mat& image) {
   std::array<int, 256> histogram{};
   for (int y = 0; y < image.rows; ++y) {
@@ -162,9 +165,9 @@ bool TouchesBorder(const PixelChain& outline, const cv::Size& size) {
          box.y + box.height >= size.height - 1;
 }
 
-// How strong the edge across the outline is, light to dark or dark to light all round: where the
-// sign changes, the parts cancel, and a strong piece counts no more than twice the median, so that
-// a line the outline happens to cross does not make it an object.
+// Returns the strength of the edge across the outline, light to dark or dark to light all round.
+// Parts with opposite signs cancel, and a strong part counts at most twice the median, so that a
+// line that the outline crosses does not make it an object.
 double EdgeAcross(const PixelChain& outline, const cv::Mat& gx, const cv::Mat& gy) {
   constexpr std::size_t kSpan = 3;  // points on either side that define the tangent
   const std::size_t n = outline.size();
@@ -199,7 +202,7 @@ class Search {
     small_kernel_ = cv::getStructuringElement(cv::MORPH_ELLIPSE, {3, 3});
   }
 
-  // The best outline; empty: none.
+  // Returns the best outline; empty: none.
   PixelChain Run() {
     const cv::Vec2i range = Percentiles(smooth_);
     for (int k = 1; k < kThresholds; ++k) {
@@ -218,7 +221,7 @@ class Search {
   }
 
  private:
-  // The regions of `mask`, a pixel of which is `scale` of the image's wide.
+  // Evaluates the regions of `mask`, one pixel of which is `scale` image pixels wide.
   void Consider(const cv::Mat& mask, const cv::Mat& kernel, int scale) {
     cv::morphologyEx(mask, opened_, cv::MORPH_OPEN, kernel);
     std::vector<PixelChain> outlines;
@@ -229,7 +232,8 @@ class Search {
     }
   }
 
-  // Embryos that touch each other or their bed are no regions of their own, but still round.
+  // Considers circles, because embryos that touch each other or their bed are not separate regions,
+  // but round.
   void ConsiderCircles() {
     for (const RoundEdge& circle : FindRoundEdges(smooth_, kCircles)) {
       if (circle.radius <= tool_width_) continue;  // fits the tool itself
@@ -281,7 +285,7 @@ Curve FindObject(const cv::Mat& image, double tool_width) {
         "no contour found: no closed region lies completely in the image; give "
         "sense.contour.start");
   }
-  // Pixel centres: the working image's (0, 0) is the middle of the first block.
+  // Converts pixel centres: (0, 0) of the reduced image is the centre of the first block.
   const double fx = static_cast<double>(image.cols) / working.cols;
   const double fy = static_cast<double>(image.rows) / working.rows;
   Curve curve;

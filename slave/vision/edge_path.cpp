@@ -12,17 +12,18 @@ namespace palpate {
 namespace {
 
 constexpr int kRays = 128, kSizes = 97;
-constexpr double kMaxLarger = 0.8;  // logarithm of 2.2: a corner lies far from a circle
-constexpr double kBlur = 1.5;       // against noise and fine texture [px]
-constexpr int kMaxJump = 2;         // sizes, from ray to ray
-constexpr float kJump = 0.06F;      // what a jump by one costs; it grows with the square
-constexpr float kFar = 0.15F;       // what the largest or smallest size costs
-constexpr float kAnEdge = 0.2F;     // bent gradient
+constexpr double kMaxLarger = 0.8;  // logarithm of 2.2, because a corner is far from a circle
+constexpr double kBlur = 1.5;       // blur against noise and fine texture [px]
+constexpr int kMaxJump = 2;         // largest change of the size index between adjacent rays
+// Cost of a change by one; the cost is proportional to the square of the change.
+constexpr float kJump = 0.06F;
+constexpr float kFar = 0.15F;    // cost of the largest and the smallest size
+constexpr float kAnEdge = 0.2F;  // smallest limited gradient of an edge
 
-// Bent gradients along the rays, outwards: kRays x kSizes.
+// Limited gradients along the rays, outwards: kRays x kSizes.
 struct Rays {
   Eigen::Vector2d middle{0, 0};
-  std::vector<Eigen::Vector2d> ways;  // from the middle to the guide [px]
+  std::vector<Eigen::Vector2d> ways;  // vectors from the centre to the guide [px]
   std::vector<float> across;
 
   [[nodiscard]] static double SizeOf(int j) {
@@ -45,10 +46,10 @@ Eigen::Vector2d MiddleOf(CurveView curve) {
   return area == 0 ? curve[0] : (curve[0] + sum / area).eval();
 }
 
-// The gradient, with its magnitude bent to 0 ... 1.
-class BentGradient {
+// The gradient with its magnitude limited to 0 ... 1 by saturation.
+class LimitedGradient {
  public:
-  explicit BentGradient(const cv::Mat& image) {
+  explicit LimitedGradient(const cv::Mat& image) {
     cv::Mat smooth;
     cv::GaussianBlur(image, smooth, {}, kBlur);
     cv::Sobel(smooth, gx_, CV_32F, 1, 0, 3, 0.125);
@@ -56,7 +57,7 @@ class BentGradient {
     cv::magnitude(gx_, gy_, magnitude_);
     half_ = static_cast<float>(2 * cv::mean(magnitude_)[0] + 0.1);
   }
-  // Along the unit vector `n`; 0 outside the image.
+  // Returns the component along the unit vector `n`; 0 outside the image.
   [[nodiscard]] float Along(const Eigen::Vector2d& p, const Eigen::Vector2d& n) const {
     const bool inside =
         p.x() >= 1 && p.y() >= 1 && p.x() < gx_.cols - 1 && p.y() < gx_.rows - 1;  // false for NaN
@@ -73,7 +74,7 @@ class BentGradient {
 };
 
 Rays SampleRays(const cv::Mat& image, CurveView guide) {
-  const BentGradient gradient(image);
+  const LimitedGradient gradient(image);
   Rays rays;
   rays.middle = MiddleOf(guide);
   rays.across.reserve(static_cast<std::size_t>(kRays * kSizes));
@@ -90,7 +91,7 @@ void Count(float edge, double share, EdgePath* path) {
   path->closedness += edge > kAnEdge ? share : 0;
 }
 
-// The best chain of sizes twice round; of it the middle half, which closes.
+// Returns the best closed chain of sizes: the central half of the best chain over two turns.
 std::vector<int> BestChain(const Rays& rays, float sign) {
   constexpr int kColumns = 2 * kRays;  // [by definition]
   std::vector<float> sum(static_cast<std::size_t>(kColumns * kSizes));
@@ -144,7 +145,7 @@ EdgePath FollowEdgeAround(const cv::Mat& image, CurveView guide) {
 EdgePath MeasureEdge(const cv::Mat& image, CurveView curve) {
   EdgePath best;
   if (curve.size() < 3 || !(CurveLength(curve) > 0)) return best;
-  const BentGradient gradient(image);
+  const LimitedGradient gradient(image);
   const Curve even = Resample(curve, kRays);
   for (const float sign : {-1.0F, 1.0F}) {
     EdgePath path{even, 0, 0};

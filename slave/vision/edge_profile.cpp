@@ -6,20 +6,21 @@
 namespace palpate {
 namespace {
 
-// A sample is the mean of 2 kAside + 1 lines, 1 px apart. [-] [tuned:
+// A sample is the mean over 2 kAside + 1 parallel lines, 1 px apart. [-] [tuned:
 // EachPlaceTellsHowFarTheEdgeHasMovedAcross]
 constexpr int kAside = 2, kLines = 2 * kAside + 1;
 constexpr int kStep = 3;  // samples on either side that define a step
 constexpr int kCentrings = 8;
-// Places in a window as whole numbers of 2^-20 px: taking floating point apart, sample by sample,
-// was two thirds of what the checks of one camera cost. [by definition]
+// Positions in a window are fixed-point numbers with this many fractional bits, because
+// floating-point conversions per sample took two thirds of the time of one camera's checks. [by
+// definition]
 constexpr int kPlaces = 20;
-constexpr double kSlack = 1e-3;  // more than their rounding [px]
+constexpr double kSlack = 1e-3;  // margin, larger than their rounding [px]
 
 std::int32_t Whole(double px) {
   return static_cast<std::int32_t>(std::lround(std::ldexp(px, kPlaces)));
 }
-// The part of a place behind the point.
+// Returns the fractional part of a fixed-point position.
 float PartOf(std::int32_t whole) {
   constexpr std::int32_t kOne = 1 << kPlaces;  // [by definition]
   return static_cast<float>(whole & (kOne - 1)) / kOne;
@@ -42,7 +43,7 @@ bool EdgeProfile::Read(const cv::Mat& image, const Eigen::Vector2d& p, const Eig
       half * n.cwiseAbs() + kAside * t.cwiseAbs() + Eigen::Vector2d::Constant(kSlack);
   const Eigen::Vector2d low = p - extent, high = p + extent;
   const bool inside = low.minCoeff() >= 0 && high.x() < image.cols - 1 && high.y() < image.rows - 1;
-  if (!inside) return false;  // so it is for NaN
+  if (!inside) return false;  // also false for NaN
   const cv::Rect box(cv::Point(static_cast<int>(low.x()), static_cast<int>(low.y())),
                      cv::Point(static_cast<int>(high.x()) + 2, static_cast<int>(high.y()) + 2));
   format_.Read(image, box, window_.data());
@@ -67,7 +68,8 @@ bool EdgeProfile::Read(const cv::Mat& image, const Eigen::Vector2d& p, const Eig
   return true;
 }
 
-// From the samples behind `k` to those ahead, `first` the nearest of three on either side.
+// Returns the difference between the means of three samples after and before `k`, of which the
+// nearest is `first` samples away.
 double EdgeProfile::StepAt(int k, int first) const noexcept {
   const float* at = level_.data() + k + half_;
   float sum = 0;
@@ -75,14 +77,14 @@ double EdgeProfile::StepAt(int k, int first) const noexcept {
   return sum / kStep;
 }
 
-// Mean of three samples.
+// Returns the mean of three samples.
 double EdgeProfile::Level(int k) const noexcept {
   const float* at = level_.data() + k + half_;
   return (at[-1] + at[0] + at[1]) / 3;
 }
 
-// Centroid of the profile's slopes of this sign around the sample `at`; the window is moved until
-// it is centred, and its ends count by the part of a sample that lies inside.
+// Returns the centroid of the profile's slopes of this sign around the sample `at`. The window is
+// moved until it is centred, and samples at its ends are weighted with their part inside.
 double EdgeProfile::Centroid(double sign, int at, double half_window) const noexcept {
   double centre = at;
   for (int round = 0; round < kCentrings; ++round) {

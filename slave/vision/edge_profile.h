@@ -11,20 +11,20 @@
 
 namespace palpate {
 
-// Levels along a unit normal, 1 px apart, each the mean over 5 px along the edge, so that noise and
-// texture do not count. One thread.
+// Levels along a unit normal, 1 px apart, each the mean over 5 px along the edge, to suppress noise
+// and texture. Used by one thread.
 class EdgeProfile {
  public:
   // Profiles of at most `max_half` samples to either side.
   EdgeProfile(const GreyFormat& format, int max_half);
 
-  // `half` samples to either side of `p` [px] along `n`. False: it leaves the image. `image` fits
-  // the format. Real-time safe.
+  // Reads `half` samples on either side of `p` [px] along `n`. False: the profile leaves the image.
+  // `image` must fit the format. Real-time safe.
   bool Read(const cv::Mat& image, const Eigen::Vector2d& p, const Eigen::Vector2d& n,
             int half) noexcept;
 
-  // The next functions describe the last profile, `k` samples from its middle [levels].
-  // The mean of three samples.
+  // The next functions evaluate the last profile `k` samples from its centre [levels]. Level: the
+  // mean of three samples.
   [[nodiscard]] double Level(int k) const noexcept;
   // The change from three samples behind `k` to three ahead, `first` the nearest on either side.
   [[nodiscard]] double StepAt(int k, int first = 1) const noexcept;

@@ -15,13 +15,15 @@ constexpr double kMinEdge = 3;  // total step across a clear edge [1/255 of full
 // Cosine between the normals before and after a point. [-] [tuned:
 // BothPolaritiesAndADeepImageGiveTheSameEdge]
 constexpr double kStraight = 0.97;
-constexpr std::size_t kNeighbours = 4;     // to either side, that show whether an edge jumps
-constexpr double kMinJump = 1, kJump = 4;  // what counts as one: [px], of the median jump
-constexpr double kMinContrast = 0.35;      // of the median edge, below which a point is left out
+constexpr std::size_t kNeighbours = 4;  // neighbours on either side used to detect jumps
+// Smallest jump: in pixels, and relative to the median change.
+constexpr double kMinJump = 1, kJump = 4;
+// Smallest contrast of a used point relative to the median edge.
+constexpr double kMinContrast = 0.35;
 
 struct Edge {
   double place = 0;  // along the normal [px]
-  double step = 0;   // of grey level across it [1/255 of full scale]
+  double step = 0;   // step of the grey level across the edge [1/255 of full scale]
 };
 
 std::optional<Edge> FindEdge(const EdgeProfile& profile, double sign, int reach) {
@@ -38,7 +40,7 @@ std::optional<Edge> FindEdge(const EdgeProfile& profile, double sign, int reach)
 }
 
 struct Ray {
-  Eigen::Vector2d p, n;  // outward or inward, but the same side all round
+  Eigen::Vector2d p, n;  // the normal points outwards everywhere, or inwards everywhere
   std::optional<Edge> rising, falling;
 };
 
@@ -60,7 +62,7 @@ std::vector<Ray> RaysAcross(const cv::Mat& image, const GreyFormat& format, cons
   return rays;
 }
 
-// Most of the contour's steps rise.
+// Returns whether most steps across the contour rise.
 bool Rises(const std::vector<Ray>& rays) {
   int balance = 0;
   for (const Ray& ray : rays) {
@@ -71,8 +73,8 @@ bool Rises(const std::vector<Ray>& rays) {
   return balance >= 0;
 }
 
-// Where the edge jumps away from those around it, farther than edges here do as a rule, another
-// edge was taken for it.
+// Drops positions that jump from their neighbours by more than usual, because they are on another
+// edge.
 void DropJumps(std::vector<std::optional<Edge>>& edges) {
   const std::size_t n = edges.size();
   if (n <= 2 * kNeighbours) return;

@@ -24,7 +24,7 @@ struct GreyPatch {
   [[nodiscard]] std::int16_t* Row(int y) { return levels.data() + Index(0, y); }
   [[nodiscard]] const std::int16_t* Row(int y) const { return levels.data() + Index(0, y); }
   [[nodiscard]] std::int16_t At(int x, int y) const { return levels[Index(x, y)]; }
-  [[nodiscard]] cv::Mat Mat() const {  // its levels, not a copy; only to be read
+  [[nodiscard]] cv::Mat Mat() const {  // the levels without a copy; read-only
     return {height, width, CV_16SC1, const_cast<std::int16_t*>(levels.data())};
   }
 
@@ -75,8 +75,8 @@ float Bilinear(const Pixel* at, std::ptrdiff_t stride, float u, float v) noexcep
   return above + v * (below - above);
 }
 
-// Standard deviation of white noise [levels], from the part of the image that no plane and no
-// straight edge along an axis explains (J. Immerkaer, CVIU 64, 1996). At least 3 x 3.
+// Returns the standard deviation of white noise [levels], from the part of the image that neither a
+// plane nor a straight edge along an axis explains (J. Immerkaer, CVIU 64, 1996). At least 3 x 3.
 double NoiseOf(const GreyPatch& p);
 
 // Variance of its grey levels [levels^2].

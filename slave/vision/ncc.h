@@ -34,7 +34,7 @@ class Ncc {
  private:
   GreyPatch pattern_;
   double mean_ = 0, contrast_ = 0;  // of the template's levels; sum T~^2
-  cv::Mat levels_;                  // of the template, as cv::matchTemplate takes them
+  cv::Mat levels_;                  // levels of the template for cv::matchTemplate
   ScoreMap map_;
 };
 

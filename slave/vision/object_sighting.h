@@ -1,5 +1,5 @@
-// ObjectSighting is what one image shows of the object's edge: its motion since the first image,
-// its indentation, and the quality of the image.
+// ObjectSighting contains the measurements of the object's edge in one image: its motion since the
+// first image, its indentation, and the quality of the image.
 #pragma once
 
 #include <Eigen/Core>
@@ -15,7 +15,8 @@ struct ObjectSighting {
   double sigma_px = 0;     // of the motion, where the tip is, both directions together
   double residual_px = 0;  // residual of the points that agree, rms
   int places = 0, agreeing = 0;
-  int apart = 0;  // consecutive points whose edge deviates to one side: an occlusion
+  // Number of consecutive points whose edge deviates to one side, as by an occlusion.
+  int apart = 0;
   // Width of the edges along x or y, the larger: 1: as in the first image; and there 1: sharp.
   double sharpness = 1, sharpness_at_rest = 1;
   double exposure = 0;  // RestEdge::exposure, the median

@@ -14,7 +14,7 @@ struct TipObservation {
   double score = 0;           // normalised cross-correlation at the peak [-1, 1]
   double sigma = 0;           // one standard deviation of p_I per axis [px]
   bool reacquired = false;    // found by a search of the whole image
-  double covered = 0;         // part of the template that something else hides [0, 1]
+  double covered = 0;         // hidden share of the template [0, 1]
   bool aligned = false;       // the template's fine alignment agrees with the peak
   double turn = 0;            // of the tool since the template, from x towards y of the image [rad]
   // Vector from the aligned part of the tip to the tip [px]; it grows with the scale of the image.

@@ -20,8 +20,9 @@ using Eigen::Vector2d;
 constexpr double kTolerance = 0.7;                // of the polygon [px] [by definition]
 constexpr double kPointSpacing = 12;              // of the snake's points [px]
 constexpr int kMinPoints = 60, kMaxPoints = 200;  // of the snake
-constexpr std::size_t kSidePoints = 6;            // of the edge on a side that is fitted
-// A corner lies no farther from the vertices of the edge beside it [px], which leaves it out.
+constexpr std::size_t kSidePoints = 6;            // smallest number of edge points on a fitted side
+// Largest distance of a corner from the vertices of the edge beside it [px], which does not contain
+// it.
 constexpr double kCornerReach = 14;
 constexpr double kMinTurn = 0.17;  // between sides that meet in a corner [rad]
 
@@ -82,7 +83,7 @@ std::optional<Vector2d> Corner(const Line& a, const Line& b) {
   return a.p + (between.x() * b.d.y() - between.y() * b.d.x()) / sine * a.d;
 }
 
-// Straight sides meet in corners, across the short pieces that cut these off.
+// Extends straight sides to their common corner across short pieces between them.
 Curve WithCorners(const Curve& edge, std::vector<Side> sides) {
   const auto straight = std::ranges::find_if(sides, [](const Side& side) { return !!side.line; });
   if (straight != sides.end()) std::ranges::rotate(sides, straight);
@@ -93,7 +94,7 @@ Curve WithCorners(const Curve& edge, std::vector<Side> sides) {
       polygon.push_back(edge[side.last]);
       continue;
     }
-    // The next straight side, if only short pieces lie before it.
+    // Finds the next straight side if only short pieces are before it.
     std::size_t next = k + 1;
     while (next < k + 3 && !sides[next % sides.size()].line) ++next;
     const Side& other = sides[next % sides.size()];
@@ -105,7 +106,7 @@ Curve WithCorners(const Curve& edge, std::vector<Side> sides) {
       continue;
     }
     polygon.push_back(*corner);
-    k = next - 1;  // the pieces between are cut off
+    k = next - 1;  // drops the pieces between
   }
   return polygon;
 }

@@ -17,32 +17,32 @@
 namespace palpate {
 namespace {
 
-// A window has a unique position where a shift of a pixel, in any direction, changes its levels by
-// this much root mean square: below it noise (2 of 255) dominates.
+// Smallest rms change of a window's levels per pixel of shift, in any direction, for a unique
+// position; below it noise (2 of 255) dominates.
 constexpr double kMinSlope = 1.0;    // [levels/px]
-constexpr double kMinAffine = 1e-4;  // of the affine Hessian's eigenvalues, least to largest
-// Smallest eigenvalue for the shift of a patch without a least slope: a bar without marks has 1e-9,
-// noise alone 1. [-] [tuned: AToolWithoutMarksIsTrackedByItsEnd]
+constexpr double kMinAffine = 1e-4;  // smallest ratio of the affine Hessian's eigenvalues
+// Smallest eigenvalue for the shift of a patch: a bar without marks has 1e-9, pure noise 1 [-].
+// [tuned: AToolWithoutMarksIsTrackedByItsEnd]
 constexpr double kMinShift = 1e-6;
 // Width of the weights, in edges. [-] [tuned: WindowsThatLeaveTheImageAreLostAndComeBack]
 constexpr double kSigma = 0.2;
-// White noise, linearly interpolated, loses all but 4/9 of its variance in the residual (the mean
-// over a pixel's parts) though not of its effect on the place, where a Gaussian's weights halve it:
-// sum w^2 / sum w = 1/2 [-]. [derived: these two factors]
+// Factor from the residual to the noise that affects the position: linear interpolation reduces the
+// variance of white noise in the residual to 4/9, but not its effect on the position, which
+// Gaussian weights halve (sum w^2 / sum w = 1/2) [-]. [derived: these two factors]
 constexpr double kNoiseOfResidual = 9.0 / 4 / 2;
 constexpr int kMaxSteps = 30;
 constexpr double kSettled = 0.003;  // [px]
-constexpr double kFloor = 0.01;     // what interpolation leaves [px]
+constexpr double kFloor = 0.01;     // error of the interpolation [px]
 
 // Limits of AlignRobustly: reach from the start, and last step with which it counts as converged
 // [px].
 constexpr double kReach = 3, kEnough = 0.05;
-constexpr float kMinError = 1.5F;  // scale of the errors below which none is left out [levels]
+constexpr float kMinError = 1.5F;  // scale of the errors below which no pixel is excluded [levels]
 constexpr float kHidden = 0.3F;    // weight below which a pixel counts as covered
 
-// Levels of `size` pixels under `warp`, which all lie inside the image, less `mean`. 16.16 fixed
-// point along a row: 1e-5 px, and no conversions per pixel. Rounding outwards by a unit is caught
-// by the clamp.
+// Reads the levels of `size` pixels under `warp`, which are all inside the image, minus `mean`. It
+// uses 16.16 fixed point along a row: accurate to 1e-5 px without conversions per pixel. The clamp
+// limits outward rounding by one unit.
 template <typename Pixel>
 void SampleAs(const cv::Mat& grey, const PatchWarp& warp, const cv::Size& size, float mean,
               float* out) noexcept {
@@ -78,7 +78,7 @@ void SampleAs(const cv::Mat& grey, const PatchWarp& warp, const cv::Size& size, 
 
 }  // namespace
 
-// Weighted, of the image under the patch.
+// Weighted sums over the image under the patch.
 struct PatchAligner::Sums {
   Eigen::Matrix<double, kMaxFreedoms + 1, 1> on_basis;
   double contrast = 0;
@@ -151,7 +151,7 @@ bool PatchAligner::Cut(const cv::Mat& grey, const PatchWarp& warp, Freedom freed
   return Invert(freedoms);
 }
 
-// Columns as in the header, each times the roots of the weights.
+// Fills the columns listed in the header, multiplied by the square roots of the weights.
 void PatchAligner::FillBasis(bool affine) noexcept {
   const int wide = size_.width + 2, half = size_.width / 2;
   for (int v = 0; v < size_.height; ++v) {
@@ -162,7 +162,7 @@ void PatchAligner::FillBasis(bool affine) noexcept {
       const float gx = root * (at[1] - at[-1]), gy = root * (at[wide] - at[-wide]);
       basis_(i, 0) = gx;
       basis_(i, 1) = gy;
-      if (affine) {  // in half edges, so that all columns are of one size
+      if (affine) {  // in half edges, so that all columns have the same magnitude
         const float x = static_cast<float>(u - half) / static_cast<float>(half);
         const float y = static_cast<float>(v - half) / static_cast<float>(half);
         basis_.row(i).segment<4>(2) << gx * x, gx * y, gy * x, gy * y;
@@ -199,7 +199,7 @@ bool PatchAligner::Invert(int freedoms) noexcept {
   return true;
 }
 
-// Levels times the roots of the weights, and what is left of them beside the weighted mean.
+// Computes the levels times the roots of the weights, without their weighted mean.
 double PatchAligner::WeighLevels() noexcept {
   auto levels = levels_.head(count_);
   levels.array() *= root_weights_.array();
@@ -300,14 +300,14 @@ PatchAligner::Match PatchAligner::AlignRobustly(const cv::Mat& grey, const Patch
     Reweigh(fit);
     const Eigen::Vector2d move = fit.head<2>() / fit(2);
     match.warp.p -= match.warp.A * move.cwiseMax(-1).cwiseMin(1);
-    last = step == 1 ? 1 : move.cwiseAbs().maxCoeff();  // the first has no weights yet
+    last = step == 1 ? 1 : move.cwiseAbs().maxCoeff();  // the first step has no weights yet
   }
   match.converged = last < kEnough;
   Assess(fit, inverse, &match);
   return match;
 }
 
-// The levels as a sum of the shift's gradients, T~ and 1, by squares weighted with the trust.
+// Fits the levels by the gradients of the shift, T~ and 1, with weights `trust`.
 PatchAligner::Fit PatchAligner::Regress(Eigen::Matrix4d* inverse) noexcept {
   constexpr std::array kColumns{0, 1, kMaxFreedoms, kMaxFreedoms + 1};  // [by definition]
   Eigen::Matrix4d A;
@@ -323,7 +323,7 @@ PatchAligner::Fit PatchAligner::Regress(Eigen::Matrix4d* inverse) noexcept {
   return *inverse * b;
 }
 
-// Tukey's weights of the errors that `fit` leaves, on the scale of their median.
+// Sets Tukey weights for the residuals of `fit`, scaled by their median.
 void PatchAligner::Reweigh(const Fit& fit) noexcept {
   const Eigen::Vector4f f = fit.cast<float>();
   errors_ = levels_.head(count_) - f(0) * basis_.col(0) - f(1) * basis_.col(1) -
@@ -337,7 +337,7 @@ void PatchAligner::Reweigh(const Fit& fit) noexcept {
   trust_ = (1 - (errors_.array() / cut).square().min(1)).square().matrix();
 }
 
-// The noise of the trusted pixels, and the part of the others.
+// Computes the noise of the trusted pixels and the fraction of the others.
 void PatchAligner::Assess(const Fit& fit, const Eigen::Matrix4d& inverse,
                           Match* match) const noexcept {
   double square = 0, used = 0, hidden = 0;

@@ -46,9 +46,9 @@ class PatchAligner {
   };
 
   // Makes a square window of texture, `edge` odd, 5 to 255 [px]; throws std::invalid_argument. Its
-  // weights are a Gaussian about the centre, whose position is estimated: where the surface bends,
-  // what lies further out pulls the solution away. Patches with too little structure for a unique
-  // position are rejected.
+  // weights are a Gaussian about the centre, whose position is estimated: on a curved surface
+  // distant pixels bias the solution. Patches with too little structure for a unique position are
+  // rejected.
   explicit PatchAligner(int edge);
   // Makes a patch with weights 0 or 1, row by row. It needs only some structure in every direction.
   PatchAligner(const cv::Size& size, const std::vector<float>& weights);
@@ -100,7 +100,7 @@ class PatchAligner {
   Eigen::MatrixXf basis_;  // pixels x 8: gradients g' (shift, affine), T~, 1; times sqrt(w)
   Eigen::VectorXf root_weights_;
   double weight_ = 0;       // sum of the weights
-  Eigen::VectorXf levels_;  // as sampled, with a ring around when a template is cut
+  Eigen::VectorXf levels_;  // sampled levels, with a border when a template is cut
   Eigen::Matrix2d information_ = Eigen::Matrix2d::Zero();
   Eigen::Matrix2d shift_inverse_ = Eigen::Matrix2d::Zero();
   Eigen::Matrix<double, kMaxFreedoms, kMaxFreedoms> affine_inverse_ =

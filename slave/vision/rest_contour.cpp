@@ -20,23 +20,27 @@ namespace palpate {
 namespace {
 
 constexpr int kSettleRounds = 60;
-// Before it settles in the image itself, in blurred ones: sigma [px], for a start found in the
-// image and for one given by a person.
+// Sigmas of the blurred images in which the snake settles before the original one [px]: for a start
+// detected in the image and for one given by a person.
 constexpr std::array kFoundBlurs = {1.5};
 constexpr std::array kGivenBlurs = {4.0, 2.0, 1.0};
 constexpr int kMinImage = 16;  // edge [px]
-// Edge by the other: the search reduces the longer one to 160 px, which leaves 16 of the shorter.
+// Largest ratio of the image's sides: the search reduces the longer one to 160 px, so the shorter
+// one has 16.
 constexpr int kMaxRatio = 10;
-// At start, the snake against the shape it started from.
-constexpr double kMinClosed = 0.7;      // of an edge around a start that a person gave
-constexpr double kGivenIsBetter = 1.1;  // than another around it, in strength and closedness
+// Limits for the snake at the start relative to its start curve.
+// Smallest closedness of an edge around a start given by a person.
+constexpr double kMinClosed = 0.7;
+// Factor by which the given curve may be weaker than another one around it, in strength and
+// closedness.
+constexpr double kGivenIsBetter = 1.1;
 // Roundness of the outline: 0.64 and more of real embryos, up to 0.61 of flares, rims, rings and
 // torn shells.
 // [-] [tuned: StartsFromAPolygonOfTheScene]
 constexpr double kMinClear = 0.625;
 constexpr double kMinSettled = 0.4, kMaxSettled = 2.0;
 
-// 8 bit grey, for the search at start.
+// Returns an 8-bit grey image for the search at the start.
 cv::Mat AsGrey8(const cv::Mat& image, const GreyFormat& format) {
   GreyPatch grey;
   format.Read(image, cv::Rect(cv::Point(), image.size()), grey);
@@ -46,8 +50,8 @@ cv::Mat AsGrey8(const cv::Mat& image, const GreyFormat& format) {
   return grey8;
 }
 
-// Where to start: at what was found, or what a person gave and, if that is far off, at the edge
-// around it.
+// Returns the start curves: the detected one, or the one given by a person and, if that is
+// inaccurate, the edge around it.
 std::vector<Curve> StartCurves(const ContourTracking& options, const cv::Mat& first,
                                const GreyFormat& format, double tool_width, bool clockwise_I) {
   const auto [shorter, longer] = std::minmax(first.cols, first.rows);
@@ -74,13 +78,14 @@ std::vector<Curve> StartCurves(const ContourTracking& options, const cv::Mat& fi
     if (around.closedness > kMinClosed) starts.push_back(std::move(around.curve));
   }
   for (Curve& curve : starts) {
-    // Positive area in axes x right, y down is clockwise to the eye.
+    // With x to the right and y down a positive area is clockwise as displayed.
     if ((CurveArea(curve) > 0) != clockwise_I) std::reverse(curve.begin(), curve.end());
   }
   return starts;
 }
 
-// A snake sees no farther than the edge's blur; so the image is blurred, much, then less.
+// A snake is attracted only within the blur of an edge, so the image is blurred, first strongly,
+// then less.
 Curve Settle(const ContourTracking& options, const cv::Mat& first, const GreyFormat& format,
              CurveView start, std::span<const double> blurs) {
   Snake snake(format, {options.alpha, options.beta, options.gamma}, start, options.control_points);

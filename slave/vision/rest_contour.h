@@ -34,7 +34,7 @@ Curve FindObject(const cv::Mat& image, double tool_width);
 
 struct RefinementOptions {
   double spacing = 4;  // of the points along the contour [px]
-  int reach = 6;       // how far the edge may lie from the contour [px]
+  int reach = 6;       // largest distance of the edge from the contour [px]
 };
 
 // Refines a contour that is accurate to a few pixels. Returns points on the object's edge [px],

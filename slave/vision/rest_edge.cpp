@@ -10,8 +10,8 @@ namespace palpate {
 namespace {
 
 constexpr std::size_t kMaxPlaces = 256;  // [-] [tuned: EachPlaceTellsHowFarTheEdgeHasMovedAcross]
-constexpr double kNeighbour = 14;  // farther apart than this, points lie on different pieces [px]
-// Cosine between the ways to the point and from it. [-] [tuned:
+constexpr double kNeighbour = 14;  // points farther apart than this are on different pieces [px]
+// Smallest cosine between the directions to the point and from it [-]. [tuned:
 // EachPlaceTellsHowFarTheEdgeHasMovedAcross]
 constexpr double kStraight = 0.95;
 // Error of the centroid [px]. [tuned: EachPlaceTellsHowFarTheEdgeHasMovedAcross]
@@ -20,9 +20,10 @@ constexpr double kMinStep = 3;       // [1/255 of full scale]
 constexpr double kMinOfStep = 0.25;  // of the place's step at rest
 constexpr double kFarther = 0.3;     // reduction of a step's weight at the end of the reach
 constexpr int kWide = 6;             // from a blurred edge to its sides [px]
-constexpr int kBright = 5;           // from the edge to the pixels that give its sides' levels [px]
-constexpr int kRaster = 2;           // of the search for a shift [px]
-constexpr std::size_t kEvery = 3;    // every third place takes part in the search
+// Distance from the edge of the pixels that determine the levels of its sides [px].
+constexpr int kBright = 5;
+constexpr int kRaster = 2;         // of the search for a shift [px]
+constexpr std::size_t kEvery = 3;  // every third position is searched
 
 }  // namespace
 

@@ -17,7 +17,7 @@ constexpr double kCornerStrength = 0.5;           // of the mean edge strength
 constexpr double kStrongEdge = 50, kMaxGain = 8;  // gradient that counts as strong; amplification
 // Side / mean side that is too long. [-] [tuned: CreepsOntoADiscFromOutsideAndInside]
 constexpr double kGap = 1.7;
-constexpr double kStillMoving = 0.04;  // part of the points that may go on moving at rest
+constexpr double kStillMoving = 0.04;  // share of the points that may still move at the end
 
 }  // namespace
 

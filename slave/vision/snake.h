@@ -1,4 +1,4 @@
-// Active contour: a closed chain of points that creeps to the edge of an object.
+// Active contour: a closed chain of points that moves to the edge of an object.
 //
 //   E = sum over the points of alpha E_cont + beta E_curv + gamma E_image            (paper A, eq.
 //   2)
@@ -9,10 +9,10 @@
 //   E_cont  = | d - |v_i - v_{i-1}| | / max,    d: mean spacing
 //   E_curv  = |v_{i-1} - 2 v_i + v_{i+1}|^2 / max
 //   E_image = (min - g) / max(max - min, 5),    g: gradient magnitude; min is lowered to max - 5
-//             where the range is below 5, so that noise in a flat place draws nobody
+//             if the range is below 5, so that noise in a flat region has no effect
 //
 // Source: D. J. Williams and M. Shah, A fast algorithm for active contours and curvature
-// estimation, CVGIP: Image Understanding 55, 1992; beta is put to 0 at corners as there.
+// estimation, CVGIP: Image Understanding 55, 1992; beta is 0 at corners as in that paper.
 #pragma once
 
 #include <array>

@@ -12,14 +12,17 @@ namespace {
 
 constexpr double kPartWidth = 14, kPartHeight = 10;  // approximate size of a part [px]
 constexpr int kMaxAcross = 4, kMaxAlong = 8;
-constexpr double kMinTrusted = 0.85;   // part of a part's pixels that the alignment trusts
-constexpr double kMinVariance = 0.15;  // of a part, by that of the whole template
-constexpr double kStep = 2;            // of the difference quotient along the tool [px]
-constexpr std::size_t kMinParts = 4;   // parts
-constexpr double kMinSignal = 0.25;    // part of the variance that is not noise
-constexpr double kMaxChange = 1.5;     // in an image, by the template's largest change
-constexpr int kSamePeak = 3;           // distance within which two peaks are one [px]
-constexpr double kFits = 0.6;          // score of a part
+// Smallest fraction of a part's pixels that the alignment trusts.
+constexpr double kMinTrusted = 0.85;
+// Smallest variance of a part relative to that of the whole template.
+constexpr double kMinVariance = 0.15;
+constexpr double kStep = 2;           // step of the difference quotient along the tool [px]
+constexpr std::size_t kMinParts = 4;  // parts
+constexpr double kMinSignal = 0.25;   // part of the variance that is not noise
+// Limit of a change in an image relative to the template's largest change.
+constexpr double kMaxChange = 1.5;
+constexpr int kSamePeak = 3;   // distance within which two peaks are one [px]
+constexpr double kFits = 0.6;  // smallest score of a matching part
 
 struct Cut {
   GreyPatch pixels;
@@ -73,7 +76,7 @@ TemplateParts::TemplateParts(const TipTemplate& tip)
             static_cast<int>(std::lround(kStep * tip.along.y()))),
       trust_(height_ - 2, width_ - 2) {
   Differentiate(tip.pixels, step_, max_difference_, change_);
-  // Pixels beyond the template are not known, so its border is left out.
+  // The border of the template is left out, because pixels beyond it are unknown.
   const cv::Point inset(std::abs(step_.x), std::abs(step_.y));
   const cv::Size inside(width_ - 2 * inset.x, height_ - 2 * inset.y);
   const bool wide = width_ > height_;  // the tool lies along the longer side
@@ -94,7 +97,7 @@ TemplateParts::TemplateParts(const TipTemplate& tip)
   for (const Part& part : parts_) {
     variance_ += VarianceOf(part.ncc.pattern()) / static_cast<double>(parts_.size());
   }
-  // A glint changes more than any mark; it must not outweigh the others of its part.
+  // A glint has a larger change than any mark; it must not outweigh the marks in its part.
   int largest = 0;
   for (const Part& part : parts_) {
     for (const int change : part.ncc.pattern().levels)
@@ -114,7 +117,7 @@ double TemplateParts::Attenuation(double noise) const {
   return signal_ / std::sqrt(variance_ * (signal_ + 2 * noise * noise));
 }
 
-// Mean of the better half of the parts; `score` of each one.
+// Returns the mean score of the better half of the parts. `score` returns the score of a part.
 template <typename Score>
 double TemplateParts::BetterHalf(const Score& score) {
   for (std::size_t k = 0; k < parts_.size(); ++k)

@@ -25,8 +25,8 @@
 namespace palpate {
 namespace {
 
-// Limits of an outline that is known from the image alone: part with an edge, roundness (1: a
-// circle), and mean strength of the edge (of at most 1) unless it is very round.
+// Limits of an outline that is known from the image alone: share with an edge, roundness (1: a
+// circle), and mean strength of the edge (at most 1) unless it is very round.
 constexpr double kMinClosed = 0.8, kMinRound = 0.55, kVeryRound = 0.95, kClearEdge = 0.55;
 
 const Camera& CameraOf(const Scene& scene) {
@@ -40,21 +40,22 @@ const Camera& CameraOf(const Scene& scene) {
   return *scene.sense.Find<Camera>();
 }
 
-// The scene's direction of the tool in the image; zero: only the image shows it.
+// Returns the tool's direction in the image according to the scene; zero: it must be found in the
+// image.
 Eigen::Vector2d GivenDirection(const Scene& scene, const CameraView& view) {
   if (!scene.tool) return {0, 0};
   const Eigen::Vector3d d_S(scene.tool->direction.x(), scene.tool->direction.y(), 0);
   return (view.ToImage(view.pixel() * d_S) - view.ToImage({0, 0, 0})).stableNormalized();
 }
 
-// Only the image shows the outline, and the scene does not state where in the image it is.
+// Returns whether the outline must be found in the image without a stated position.
 bool IsOnlySeen(const Scene& scene) {
   const bool found = scene.sense.Find<ContourTracking>()->start.empty();
   return found && std::holds_alternative<ImageContourGeometry>(scene.object.geometry);
 }
 
-// An embryo is round, or its edge is clear all round; a scratch, a bar, a part of a bubble or a
-// pipette's halo is not. What was found is drawn.
+// Rejects outlines that are neither round nor have a clear edge all round, such as a scratch, a
+// bar, a part of a bubble or a pipette's halo. The detected outline is drawn.
 void RequireConvincing(const cv::Mat& first, CurveView outline) {
   cv::Mat grey8, drawn;
   first.convertTo(drawn, CV_8U, first.depth() == CV_16U ? 1.0 / 257 : 1.0);
@@ -107,11 +108,12 @@ struct TipAndContourTracker::Parts {
     format.Read(first, cv::Rect(cv::Point(), first.size()), whole);
     noise = NoiseOf(whole) / format.levels_per_255();
     const double tool_width = scene.tool ? scene.tool->width / view.pixel() : 0;
-    // Only a contour shows where a tool without direction points.
+    // Without a stated direction the tool points to the contour, so the contour is found first.
     const bool tip_first = !direction.isZero(0);
     if (tip_first) MakeTip(scene, first, view, tip_hint_I);
     if (scene.sense.Find<ContourTracking>()) {
-      // Counter-clockwise in S is counter-clockwise to the eye, unless the camera looks from below.
+      // Counter-clockwise in S is counter-clockwise in the image, unless the camera looks from
+      // below.
       const bool clockwise_I = camera.X_SC.linear()(2, 2) < 0;
       contour = FindRestContour(*scene.sense.Find<ContourTracking>(), first, format, tool_width,
                                 clockwise_I);
@@ -134,7 +136,7 @@ struct TipAndContourTracker::Parts {
     if (seen.found) FindDirection(first, seen.p_I, tool_width);
   }
 
-  // Where the scene has none: towards the object, along the tool's sides.
+  // Finds the tool's direction if the scene has none: towards the object, along the tool's sides.
   void FindDirection(const cv::Mat& first, const Eigen::Vector2d& p_I_tip, double tool_width) {
     const Curve& rest = contour.edge;
     if (!direction.isZero(0) || rest.empty() || !(tool_width > 0)) return;

@@ -16,14 +16,17 @@ namespace {
 
 constexpr int kMinEdge = 5, kMaxEdge = 512;  // edge of a template [px]
 constexpr int kSide = 6;                     // background beside the tool [px]
-constexpr int kReach = 10;                   // of the search around the template [px]
-constexpr double kBeforeTip = 1;  // the blurred end itself already shows what lies beyond [px]
-constexpr double kBeyondTip = 4;  // taken in where the tool has no marks [px]
-// A template that promises less is not good enough [px]; where an image is noisy, by its noise
-// [levels]: the object below the tool's end, once it is there, draws the tip by a pixel.
+constexpr int kReach = 10;                   // search distance around the template [px]
+// Margin before the tip, because the blurred end contains background [px].
+constexpr double kBeforeTip = 1;
+// Part beyond the tip that is included if the tool has no marks [px].
+constexpr double kBeyondTip = 4;
+// Largest predicted sigma of an accepted template [px], and for noisy images its growth with the
+// noise [per level]: in contact the object below the tool's end shifts the tip by a pixel.
 constexpr double kWorstSigma = 0.15, kWorstByNoise = 0.02;
 
-// Search of the tool's direction: how far along its sides [widths], how far across [px], angles.
+// Search for the tool's direction: compared length of the sides [widths], distance across the side
+// [px].
 constexpr double kSideLength = 4, kSideStep = 2;
 constexpr double kMaxTemplateTurn = 1.05, kTurnStep = 0.02;  // [rad]
 
@@ -33,8 +36,8 @@ bool HasContrast(const GreyPatch& pixels) {
 }
 
 // Returns the information of bands across the tool about its position along `d`, without that of
-// their noise [levels^2/px^2]. The means of bands have so little noise that they show what single
-// pixels do not.
+// their noise [levels^2/px^2]. The means of bands have little noise, so they contain information
+// that single pixels do not.
 double InformationOfBands(const TipTemplate& tip, const Eigen::Vector2d& d, double width,
                           double noise) {
   std::vector<double> sums, counts;
@@ -59,8 +62,8 @@ double InformationOfBands(const TipTemplate& tip, const Eigen::Vector2d& d, doub
   return information;
 }
 
-// Whether the template determines the tool's position along `d`. Noise has gradients, too:
-// a central difference of it has half its variance.
+// Returns whether the template determines the tool's position along `d`. The gradients of noise are
+// subtracted: a central difference of noise has half its variance.
 bool LocatesAlong(const TipTemplate& tip, const Eigen::Vector2d& d, double width) {
   const PatchAligner aligner = tip.Aligner();
   if (!aligner.textured()) return false;
@@ -73,14 +76,15 @@ bool LocatesAlong(const TipTemplate& tip, const Eigen::Vector2d& d, double width
   return of_pixels > least(kWorstSigma) || InformationOfBands(tip, d, width, noise) > least(worst);
 }
 
-// The upright box around a piece of the tool (and kSide of background beside it) that ends, with
-// its farthest corner, `beyond` past the tip (before it: negative) in the direction of `d`. It is
-// `length` long in the direction nearest to the tool's.
+// Returns the axis-aligned box around a piece of the tool and kSide of background beside it. In
+// direction `d` its farthest corner is `beyond` past the tip (negative: before it). Its longer
+// side, nearest to the tool's direction, is `length`.
 cv::Rect WindowAt(const Eigen::Vector2d& tip, const Eigen::Vector2d& d, double width, int length,
                   double beyond, const cv::Size& image) {
   const double half = 0.5 * width + kSide;
   const Eigen::Vector2d along = d.cwiseAbs(), across(along.y(), along.x());
-  const double end = 2 * half * along.prod() - beyond;  // of the piece, behind the tip
+  // Distance of the piece's end behind the tip.
+  const double end = 2 * half * along.prod() - beyond;
   const double piece = std::max(12.0, (length - 2 * half * along.minCoeff()) / along.maxCoeff());
   const Eigen::Vector2d front = tip - end * d, back = tip - (end + piece) * d;
   const Eigen::Vector2d low = front.cwiseMin(back) - half * across;
@@ -91,8 +95,8 @@ cv::Rect WindowAt(const Eigen::Vector2d& tip, const Eigen::Vector2d& d, double w
   return cv::Rect(first, last + cv::Point(1, 1)) & cv::Rect(cv::Point(), image);
 }
 
-// Weight of a pixel of the template. It is small beside the tool's end, and beyond the circle of a
-// round one, where the indented object comes into view.
+// Returns the weight of a template pixel. It is small beside the tool's end, and beyond the circle
+// of a round end, where the indented object is visible.
 float WeightAt(const Eigen::Vector2d& p_tip, const Eigen::Vector2d& d, const ToolEndSize& tool) {
   const double behind = -p_tip.dot(d);
   const double aside = std::abs(p_tip.x() * d.y() - p_tip.y() * d.x());
@@ -121,8 +125,8 @@ TipTemplate Cut(const cv::Mat& first, const GreyFormat& format, const cv::Rect& 
   return cut;
 }
 
-// How much the image changes across both sides of a bar that points along `d`; the weaker side
-// counts, so that an edge of something else is no bar.
+// Returns the change across the weaker side of a bar that points along `d`, so that a single edge
+// is not taken for a bar.
 double SidesOf(const GreyPatch& image, const Eigen::Vector2d& p_tip, const Eigen::Vector2d& d,
                double width) {
   const Eigen::Vector2d across(-d.y(), d.x());

@@ -13,32 +13,36 @@
 namespace palpate {
 namespace {
 
-constexpr int kReach = 10;              // least reach of the search around the template [px]
-constexpr int kSamePeak = 2;            // places this near to the best belong to it [px]
+constexpr int kReach = 10;    // smallest search radius around the template [px]
+constexpr int kSamePeak = 2;  // positions closer than this to the best belong to the same peak [px]
 constexpr double kAsGood = 0.01;        // a second peak within this score of the best is its equal
-constexpr std::size_t kCandidates = 6;  // of the coarse search, examined closely
-constexpr double kCovered = 0.03;       // of the template: fewer pixels than that are only noise
-// A small thing over the tip that pulls the fine alignment by so much is left out [px], sigmas.
+constexpr std::size_t kCandidates = 6;  // candidates of the coarse search that are refined
+constexpr double kCovered = 0.03;       // fraction of the template: a smaller covered part is noise
+// Displacement of the fine alignment above which a small cover over the tip is excluded [px],
+// [sigma].
 constexpr double kPulled = 0.1, kPulledSigmas = 2;
 // Limits of a peak of the scores in whole pixels: sigma at worst, and farthest place that belongs
 // to it.
 constexpr double kSigmaOfPeak = 0.5, kReachOfPeak = 2;  // [px]
-constexpr double kMuchCovered = 0.4;                    // of the template: its parts are asked
+// Covered share of the template from which its parts are evaluated.
+constexpr double kMuchCovered = 0.4;
 constexpr double kMaxCovered = 0.65;
-// Scores of the parts, in parts of the usual one: what confirms a place, what does not speak
-// against it, what is enough for a place of their own; and of the next best place in parts of the
-// best.
+// Scores of the parts relative to the usual score: smallest one that confirms a position, smallest
+// one that does not contradict it, smallest one for a position from parts only; and of the second
+// best position relative to the best.
 constexpr double kAsUsual = 0.9, kMinAsUsual = 0.75, kPartsFit = 0.6, kPartsSecond = 0.88;
-constexpr double kBetter = 0.03;      // score by which a place of the parts' own beats the whole's
-constexpr double kFollow = 0.05;      // of the usual score, per image
-constexpr double kReacquired = 0.15;  // more than min_score where the tip may be anywhere
-// A template without parts knows a tool's sides better than its end: another pipette fits it along
-// half its length. Without noise so much more than min_score, and so little covered, for a tip
-// anywhere.
+// Score by which the position from parts must exceed that of the whole template.
+constexpr double kBetter = 0.03;
+constexpr double kFollow = 0.05;      // weight of an image in the usual score
+constexpr double kReacquired = 0.15;  // margin over min_score if the tip may be anywhere
+// Limits for a tip anywhere and a template without parts, which matches a tool's sides better than
+// its end, so that another pipette fits along half of its length: margin of the noise-free score
+// over min_score, and largest covered share.
 constexpr double kFoundBlind = 0.3, kCoveredBlind = 0.15;
-// Turn of the tool [rad]: step of the search, most in one image, least that is one, largest, and
-// those tried one by one while the tip is lost. Chosen on 12 presses by hand with up to 15 degrees;
-// 24 others keep within 1.5 % rms. Then: margin around the template [px], rounds in one image.
+// Rotation of the tool [rad]: step of the search, largest change per image, smallest rotation that
+// is used, largest rotation, and step while the tip is lost. Chosen with 12 presses by hand with up
+// to 15 degrees; 24 others are within 1.5 % rms. Then: margin around the template [px], rounds per
+// image.
 constexpr double kTurnStep = 0.035, kMaxTurn = 0.05, kMinTurn = 0.01, kMaxSearchedTurn = 0.4;
 constexpr std::array kTurnsTried{0.0, 0.1, -0.1, 0.2, -0.2};
 constexpr int kTurnMargin = 6, kMaxTurns = 6;
@@ -96,7 +100,7 @@ Ncc MakeNcc(const TipTemplate& tip, const GreyFormat& format) {
   return Ncc(tip.pixels);
 }
 
-// From the middle of what the alignment goes by, each pixel by its gradient, to the anchor.
+// Returns the vector from the centroid of the template, weighted by gradients, to the anchor.
 Eigen::Vector2d LeverOf(const TipTemplate& tip) {
   const GreyPatch& pixels = tip.pixels;
   Eigen::Vector2d sum(0, 0);
@@ -137,7 +141,7 @@ TipTracker::TipTracker(const TipTemplate& tip, const GreyFormat& format, const O
       coarse_.emplace(pattern);
     } catch (const std::invalid_argument&) {
       if (shrink_ == 1) throw;
-      continue;  // shrunk, it has lost its contrast
+      continue;  // no contrast at this reduced size
     }
     break;
   }
@@ -167,7 +171,7 @@ cv::Rect TipTracker::search_window() const {
   return last_ ? WindowAround(Predicted(), 1) : cv::Rect(cv::Point(), format_.size());
 }
 
-// Turns about the last tip [px], so that the tool lies as in its template.
+// Rotates the image about the last tip [px] so that the tool has the direction of its template.
 void TipTracker::Straighten(const cv::Mat& image) {
   const Eigen::Vector2d pivot = *last_;
   const Eigen::Matrix2d R = Eigen::Rotation2Dd(turn_).toRotationMatrix();
@@ -177,7 +181,7 @@ void TipTracker::Straighten(const cv::Mat& image) {
                  cv::BORDER_REPLICATE);
 }
 
-// A tool that is found after a loss may have turned by more than in one image.
+// After a loss the tool may have rotated by more than the limit per image.
 TipObservation TipTracker::Track(const cv::Mat& image) {
   const bool is_new = !last_;
   TipObservation tip = TrackTurned(image);
@@ -217,7 +221,7 @@ TipObservation TipTracker::TrackTurned(const cv::Mat& image) {
   return tip;
 }
 
-// The angle at which the template correlates best, by a parabola. A cover must not turn it.
+// Finds the angle of the best correlation with a parabola. A cover must not change the angle.
 void TipTracker::FollowTurn(const cv::Mat& image, TipObservation* tip) {
   if (!tip->found) return;
   lost_ = 0;
@@ -260,7 +264,7 @@ TipObservation TipTracker::TrackStraight(const cv::Mat& image) {
   if (last_) {
     match = SearchWindow(image, WindowAround(Predicted(), 1));
     if (match.on_border) {
-      // A bar that something lies on looks as well elsewhere along itself; its marks do not.
+      // A partly covered bar also matches at other positions along itself; its marks do not.
       const Match around = SearchWindow(image, WindowAround(Predicted(), 2));
       if (!(match.tip.found && match.fit > around.fit + kBetter)) match = around;
     }
@@ -300,8 +304,8 @@ TipTracker::Match TipTracker::SearchWindow(const cv::Mat& image, const cv::Rect&
   return match;
 }
 
-// The whole template at `peak` stated `tip`; what changes along the tool must say so, too. Where it
-// does not, that is asked where the tip is.
+// Confirms `tip`, which the whole template found at `peak`, by the parts that vary along the tool.
+// If they disagree, the parts determine the tip.
 double TipTracker::Confirm(const cv::Rect& window, const cv::Point& peak, TipObservation& tip) {
   if (!parts_.usable()) {
     tip.found &= tip.covered < kMaxCovered;
@@ -309,12 +313,12 @@ double TipTracker::Confirm(const cv::Rect& window, const cv::Point& peak, TipObs
   }
   const double score = tip.found ? parts_.ScoreNear(window_, peak) : 0;
   const double attenuation = parts_.Attenuation(NoiseOf(window_));
-  // The image that the template was cut from fits it better than any other will.
+  // The image from which the template was cut fits it better than any other image.
   if (tip.found && usual_ == 0) usual_ = std::min(1.0, score / attenuation);
   const double usual = usual_ * attenuation;
   const bool fits = tip.found && score >= kMinAsUsual * usual;
   const bool as_usual = tip.found && score >= kAsUsual * usual && tip.covered < kMuchCovered;
-  // Blur lowers every score; what covers the tip must not become the usual.
+  // Blur reduces every score, but a covered tip must not change the usual score.
   if (fits && tip.covered < kCovered) {
     usual_ += kFollow * (std::min(1.0, score / attenuation) - usual_);
   }

@@ -20,7 +20,7 @@ namespace palpate {
 // Template of the tip, and the tip's position in it.
 struct TipTemplate {
   GreyPatch pixels;
-  // The tip, from the upper left pixel's centre [px]; may lie outside.
+  // The tip relative to the upper left pixel's centre [px]; may be outside of the template.
   Eigen::Vector2d anchor{0, 0};
   // Per pixel: how far the fine alignment trusts it, 0 or 1.
   std::vector<float> weights;
@@ -31,23 +31,23 @@ struct TipTemplate {
   [[nodiscard]] Eigen::Vector2d Centre() const;  // from the upper left pixel's centre [px]
 };
 
-// Reads the scene's template file. Without an anchor, the tip is in the middle of its lower edge.
+// Reads the scene's template file. Without an anchor, the tip is at the midpoint of its lower edge.
 // Throws std::runtime_error naming the key and the file: unreadable, too small (below 5 px), too
 // large (above 512 px), without contrast. Background beside the end of a tool that points along
-// `d_I` gets no weight, as below; a zero vector: not known.
+// `d_I` has no weight, see CutTipTemplate; a zero vector: unknown.
 TipTemplate LoadTipTemplate(const TipTracking& options, const Eigen::Vector2d& d_I,
                             const ToolEndSize& tool);
 
 // Cuts the template from the image `first`: the tool is a bar whose end is at `p_I_tip`, pointing
 // along the unit vector `d_I` (both in I).
 //
-// The window shows the tool and a little of the background on either side, but nothing beyond the
-// tip: there the object will be, and deform. It needs marks (or a taper) on the tool: where there
-// are none, a few pixels beyond the tip are taken in, for otherwise nothing shows where along
-// itself the tool is. Background beside the tool's end gets no weight: the indented object rises
-// there; nor does what lies beyond the circle of a round end that has marks. A window is upright,
-// so for an oblique tool it ends somewhat before the tip.
-// Throws std::runtime_error: the tip or too much of the tool lies outside the image, no contrast.
+// The window contains the tool and a little background on either side, but nothing beyond the tip,
+// where the object will be and deform. It needs marks (or a taper) on the tool: without them a few
+// pixels beyond the tip are included, because otherwise the position along the tool is not
+// determined. Background beside the tool's end has no weight, because the indented object rises
+// there, nor has the region beyond the circle of a round end with marks. A window is upright, so
+// for an oblique tool it ends somewhat before the tip. Throws std::runtime_error: the tip or too
+// much of the tool lies outside the image, no contrast.
 TipTemplate CutTipTemplate(const cv::Mat& first, const GreyFormat& format,
                            const Eigen::Vector2d& p_I_tip, const Eigen::Vector2d& d_I,
                            const ToolEndSize& tool, int roi);
@@ -70,19 +70,20 @@ class TemplateParts {
   [[nodiscard]] bool usable() const;
 
   struct Place {
-    cv::Point at;            // of the template's upper left pixel
-    double score = 0;        // mean of the better half of the parts
-    bool on_border = false;  // of the window: the best may lie beyond
-    double second = 0;       // the score of the second-best position that is not the same peak
+    cv::Point at;      // of the template's upper left pixel
+    double score = 0;  // mean of the better half of the parts
+    // The best score is on the border of the window, so a better one may be outside.
+    bool on_border = false;
+    double second = 0;  // the score of the second-best position that is not the same peak
   };
   // The best position in `window`.
   Place Find(const GreyPatch& window);
   // The best score within a pixel of `at`.
   double ScoreNear(const GreyPatch& window, const cv::Point& at);
-  // Score that a perfect match has under white noise [levels]. With usable parts only.
+  // Score that a perfect match has under white noise [levels]. Uses only the usable parts.
   [[nodiscard]] double Attenuation(double noise) const;
-  // At the last position: 1 if a pixel's part fits, else 0. Per pixel of the template but the
-  // outermost ones.
+  // Returns for each pixel of the template except the outermost ones whether its part fits at the
+  // last position: 1 or 0.
   [[nodiscard]] std::span<const float> trust() const {
     return {trust_.ptr<float>(), trust_.total()};
   }
@@ -124,7 +125,7 @@ class TipTracker {
 
   // Processes one image (which fits the format). The tip is lost if the best score is below
   // `min_score`, on the border of the window even after widening it, or matched by another
-  // position; then the whole image is searched. May throw where memory is out.
+  // position; then the whole image is searched. May throw std::bad_alloc.
   TipObservation Track(const cv::Mat& image);
 
   // Returns the first search position in the next image [px].
@@ -174,13 +175,13 @@ class TipTracker {
 
   std::optional<Eigen::Vector2d> last_;  // tip in the last image; none: lost
   Eigen::Vector2d step_{0, 0};           // from the last but one to the last [px]
-  // A tool in a hand tilts: its image is turned back about the last tip before it is searched.
+  // Rotation of a hand-held tool: the image is rotated back about the last tip before the search.
   double turn_ = 0;          // as TipObservation::turn, of the image that is straightened [rad]
-  bool has_turned_ = false;  // the tool has turned at least once
+  bool has_turned_ = false;  // the tool has rotated at least once
   int lost_ = 0;             // images since the tip was found
   cv::Mat straight_;
   GreyPatch near_;    // around the tip that was found
-  double usual_ = 0;  // score of the parts where the tip is, without noise; 0: not known yet
+  double usual_ = 0;  // score of the parts at the tip without noise; 0: unknown
 };
 
 }  // namespace palpate

@@ -20,16 +20,17 @@ constexpr double kSideWidth = 6;
 // Distance behind the tip from which the sides are measured [px]. [tuned:
 // IsMissedWhereTheToolGoesOn]
 constexpr double kBehind = 4;
-constexpr double kLength = 24;  // over such a length [px]
+constexpr double kLength = 24;  // length over which the sides are compared [px]
 constexpr double kStep = 0.5;   // of a line [px]
 // Length of background required beyond the end [px]. [tuned: IsSeenWhereItIsWhateverIsReported]
 constexpr double kStays = 2;
-constexpr double kFaintest = 0.2;  // a mark's difference from the ground, of the usual
-constexpr double kMinStep = 12;    // between tool and ground [1/255 of full scale]
-constexpr double kPlain = 0.25;    // scatter of the ground, of that step
-constexpr double kMaxLost = 0.25;  // of the lines
-constexpr double kBlunt = 1;       // scatter of the lines [px]
-constexpr double kAsStraight = 2;  // a side that goes on, from where it was [px]
+// Smallest difference of a mark from the background, relative to the usual one.
+constexpr double kFaintest = 0.2;
+constexpr double kMinStep = 12;  // smallest step between tool and background [1/255 of full scale]
+constexpr double kPlain = 0.25;  // largest scatter of the background relative to that step
+constexpr double kMaxLost = 0.25;  // largest fraction of lines without an end
+constexpr double kBlunt = 1;       // largest scatter of the lines [px]
+constexpr double kAsStraight = 2;  // largest deviation of a side that continues [px]
 
 class Lines {
  public:
@@ -37,7 +38,7 @@ class Lines {
     format.Read(first, cv::Rect(0, 0, first.cols, first.rows), image_);
   }
 
-  // Bilinear; outside the image that of its border.
+  // Interpolates bilinearly; outside the image the border value is used.
   [[nodiscard]] double At(const Vector2d& p) const {
     const double x = std::clamp(p.x(), 0.0, image_.width - 1.001);
     const double y = std::clamp(p.y(), 0.0, image_.height - 1.001);
@@ -46,8 +47,9 @@ class Lines {
                     static_cast<float>(y - top));
   }
 
-  // How far from `p` along the unit vector `out` the tool ends, seen from outside; `step`: usual
-  // difference of tool and ground. nullopt: no ground within `most`, or no tool.
+  // Returns the distance from `p` along the unit vector `out` at which the tool ends, searched from
+  // outside; `step`: usual difference of tool and background. nullopt: no background within `most`,
+  // or no tool.
   [[nodiscard]] std::optional<double> Crossing(const Vector2d& p, const Vector2d& out,
                                                double ground, double step, double most) const {
     const Vector2d aside(-out.y(), out.x());
@@ -55,7 +57,7 @@ class Lines {
       const Vector2d at = p + s * out;
       return std::abs((At(at - aside) + At(at) + At(at + aside)) / 3 - ground);
     };
-    double plain = 0;  // length of ground seen
+    double plain = 0;  // length of visible background
     for (double s = most; s >= 0; s -= kStep) {
       double inside = 0;
       for (const double back : {3.0, 4.0, 5.0}) inside += contrast(s - back) / 3;
@@ -76,7 +78,7 @@ class Lines {
   GreyPatch image_;
 };
 
-// Mean of all lines; nullopt: too many have none, or they scatter.
+// Returns the mean of all lines; nullopt: too many lines have no end, or they scatter.
 std::optional<double> Together(const std::vector<std::optional<double>>& found) {
   std::vector<double> values;
   for (const auto& value : found) {
@@ -90,7 +92,7 @@ std::optional<double> Together(const std::vector<std::optional<double>>& found) 
   return MedianOf(values);
 }
 
-// A bar that is stated to end at `p_tip`, and the ground beside it.
+// A bar with its stated end at `p_tip`, and the background beside it.
 class Bar {
  public:
   Bar(const cv::Mat& first, const GreyFormat& format, const Vector2d& p_tip, const Vector2d& d,
@@ -116,10 +118,10 @@ class Bar {
   }
 
   [[nodiscard]] bool is_prominent() const { return is_prominent_; }
-  // The sides are straight from here to there [px behind the stated tip].
+  // Range in which the sides must be straight [px behind the stated tip].
   [[nodiscard]] double first_behind() const { return kReach + kBehind + radius_; }
   [[nodiscard]] double last_behind() const { return kReach + kLength + radius_; }
-  // How far past the stated tip it ends [px].
+  // Returns the distance of the end beyond the reported tip [px].
   [[nodiscard]] std::optional<double> End() const {
     std::vector<std::optional<double>> ends;
     for (double c = -0.35 * width_; c <= 0.35 * width_; ++c) {
@@ -129,8 +131,8 @@ class Bar {
     const auto end = Together(ends);
     return end ? std::optional(*end - kReach) : std::nullopt;
   }
-  // How far from its axis a side is, in the median of what lies from `first` to `last` behind the
-  // stated tip, past it where negative [px].
+  // Returns the median distance of a side from the axis between `first` and `last` behind the
+  // reported tip, negative beyond it [px].
   [[nodiscard]] std::optional<double> Side(double side, double first, double last) const {
     std::vector<std::optional<double>> found;
     for (double behind = first; behind < last; ++behind) {
@@ -141,7 +143,7 @@ class Bar {
   }
 
  private:
-  // By how much the end recedes `aside` of the axis [px].
+  // Returns the recess of the end at the distance `aside` from the axis [px].
   [[nodiscard]] double RecessAt(double aside) const {
     return radius_ - std::sqrt(std::max(0.0, radius_ * radius_ - aside * aside));
   }

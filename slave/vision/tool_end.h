@@ -13,7 +13,7 @@ namespace palpate {
 
 // End of a tool in the image, as a scene has it.
 struct ToolEndSize {
-  double width = 0;   // of the bar [px]; 0: not known
+  double width = 0;   // width of the bar [px]; 0: unknown
   double radius = 0;  // of its end [px]; 0: flat
 };
 // `pixel`: its size on the tool [m].
@@ -37,7 +37,7 @@ std::optional<ToolEnd> DetectToolEnd(const cv::Mat& first, const GreyFormat& for
                                      const ToolEndSize& tool);
 
 // Returns whether it continues beyond its reported end: its sides are visible 4 to 8 px beyond as
-// well. Another thing there, for example the object, has another width.
+// well. Another object there has another width.
 bool ToolGoesOn(const cv::Mat& first, const GreyFormat& format, const Eigen::Vector2d& p_I_tip,
                 const Eigen::Vector2d& d_I, const ToolEndSize& tool);
 

@@ -1,9 +1,9 @@
 #!/usr/bin/env python3
-"""Haptic devices with force feedback, each by a fake of its vendor's software, in real time:
+"""Measures haptic devices with force feedback in real time, each with a fake of its vendor's software:
   1. The demo's press with each: missed ticks and the largest force beside sim-hand's of the same round.
   2. `palpate-master devices` without any device.
-Fails where a line does not hold: missed at most 1.2 times sim-hand's plus 5, force within 1 %, each driver with its
-reason in 2 s.
+Exit code 1: more missed ticks than 1.2 times those of sim-hand plus 5, a force that differs by more than 1 %, or a
+driver that does not report its reason within 2 s.
 
 tests/bench/bench_devices.py [--rounds N] [--seconds S]      needs build/release with its tests
 """
@@ -25,14 +25,14 @@ sys.path.insert(0, str(ROOT / "tests/e2e"))
 from programs import BARE, BIN, MASTER, Slave, read_json, read_rows, wait_until  # noqa: E402
 
 FAKES = ROOT / "tests/master/device/fakes"
-LEAD = 1.0  # [s] of the device's run before and after the motion
-PRIORITY = 40  # of the service
+LEAD = 1.0  # [s] time that the device runs before and after the motion
+PRIORITY = 40  # real-time priority of the service
 LIMITS = {"ratio": 1.2, "more": 5, "force": 0.01, "list": 2.0}
 FOLLOWS = ("ALIGNING", "FOLLOWING")
 
 
 class Control:
-    """Lines to a fake, see tests/master/device/fakes/fakes.h."""
+    """Sends commands to a fake, see tests/master/device/fakes/fakes.h."""
 
     def __init__(self, path):
         wait_until(lambda: pathlib.Path(path).exists())
@@ -48,7 +48,7 @@ class Control:
 
 
 class Library:
-    """A device through a vendor's library, which the master loads."""
+    """A device whose vendor's library the master loads."""
 
     def __init__(self, device, folder, to_device):
         self.device, self.name, self.folder, self.to_device = device, device, folder, to_device
@@ -66,7 +66,7 @@ class Library:
 
 
 class Service:
-    """The Haply service as a process."""
+    """The Haply service as a separate process."""
 
     def __init__(self, api):
         self.api, self.name = api, f"haply {api}"
@@ -78,7 +78,7 @@ class Service:
         self.path = place / "control"
         self.process = subprocess.Popen(["/usr/bin/python3", FAKES / "haply_service.py", "--api", self.api, "--control", self.path],
                                         stdout=subprocess.PIPE, text=True)
-        with contextlib.suppress(PermissionError):  # as the master's own threads, since Python is slow
+        with contextlib.suppress(PermissionError):  # the same policy as the master's threads, since Python is slow
             os.sched_setscheduler(self.process.pid, os.SCHED_FIFO, os.sched_param(PRIORITY))
         port = re.match(r"listening on (\d+)", self.process.stdout.readline())[1]
         self.device = f"haply:{port}"
@@ -97,7 +97,7 @@ DEVICES = (Library("touch", "hd", lambda p: p), Library("dhd", "dhd", lambda p: 
 
 
 def session(place, device, seconds, environment=None, meanwhile=lambda: None):
-    """The report of a session with a slave of its own; the log comes to `place`."""
+    """Runs a session with a new slave and writes the log into `place`. Returns the report."""
     with Slave() as slave:
         process = subprocess.Popen([MASTER, "connect", slave.address, "--device", device, "--duration", str(seconds),
                                     "--report", place / "report.json", "--log", place / "log.csv"],
@@ -108,12 +108,12 @@ def session(place, device, seconds, environment=None, meanwhile=lambda: None):
 
 
 def recorded_motion(file):
-    """(t, p_M, engaged) of each tick that a log has."""
+    """Returns (t, p_M, engaged) of each tick in a log."""
     return [(float(row["t"]), [float(row[f"p_M_{axis}"]) for axis in "xyz"], row["state"] in FOLLOWS) for row in read_rows(file)]
 
 
 def replay(device, motion, place):
-    """The report of a session in which the device's hand repeats `motion`."""
+    """Runs a session in which the fake device repeats `motion`. Returns the report."""
     path = place / "motion.csv"
     with open(path, "w", newline="", encoding="utf-8") as file:
         writer = csv.writer(file)

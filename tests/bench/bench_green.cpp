@@ -1,7 +1,8 @@
-// Cost of contacts on surface Green's functions against mesh size and number of contacts. One
-// thread; forces alone. Counters: `dof` of the finite elements, `us` per
-// update (CPU), `ratio` of it to Eigen's LU and solution of the same capacitance matrix, measured
-// in the same run, `error` of the forces against a fresh factorisation.
+// Cost of contacts on surface Green's functions against mesh size and number of contacts. Uses one
+// thread and computes only forces. Counters: `dof`: unknowns of the finite elements. `us`: CPU time
+// per update. `ratio`: that time divided by the time of Eigen's LU and solution of the same
+// capacitance matrix, measured in the same run. `error`: error of the forces relative to a fresh
+// factorisation.
 #include <algorithm>
 #include <map>
 #include <memory>
@@ -28,7 +29,7 @@ Held Cube(int cells) {
   return {mesh, FixedWhere(mesh, [](const Eigen::Vector3d& p) { return p.z() == 0; })};
 }
 
-// A model and contacts whose columns are ready, at random places, a node each.
+// A model and contacts at random places, one node each. Their columns are computed already.
 struct Ready {
   std::unique_ptr<FemGreenModel> model;
   std::vector<Contact> contacts;

@@ -1,6 +1,6 @@
-// The kernels of slave/mechanics/linear against the library that could take their place. One
-// thread. Counters: `ratio` is the CPU time over the library's for the same task, measured in the
-// same run (below one: ours is faster); `factor_us` and `solve_us` what ours takes.
+// Compares the kernels of slave/mechanics/linear with a library that could replace them, on one
+// thread. Counters: `ratio`: our CPU time divided by the library's for the same task, measured in
+// the same run (below one: ours is faster). `factor_us`, `solve_us`: our times.
 #include <algorithm>
 #include <array>
 #include <random>
@@ -126,8 +126,9 @@ Eigen::SparseMatrix<double> GridStiffness(int side) {
   return matrix;
 }
 
-// `ratio` of one factorisation with a known pattern, `solve_ratio` of one solution, `together` of
-// 24 at once to as many one by one. Library: Eigen's SimplicialLDLT in the same order.
+// `ratio`: one factorisation with a known pattern. `solve_ratio`: one solution. `together`: time of
+// 24 solutions at once divided by the time of 24 single ones. Library: Eigen's SimplicialLDLT in
+// the same order.
 template <typename Scalar>
 void SparseSymmetric(benchmark::State& state) {
   const auto matrix = GridStiffness(static_cast<int>(state.range(0)));

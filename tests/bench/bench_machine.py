@@ -1,7 +1,8 @@
 #!/usr/bin/env python3
-"""Measures what each shipped scene needs of a machine: a session of slave, simulator and master on one and on two cores.
+"""Measures the processor time and memory of each shipped scene: a session of slave, simulator and master on one and on
+two cores.
 
-bench_machine.py [SCENE...]      all shipped scenes without arguments; needs taskset (util-linux)
+bench_machine.py [SCENE...] all shipped scenes without arguments; needs taskset (util-linux)
   --seconds S=12                 length of each session
   --cores LIST=0,0-1             sets of processors, as taskset writes them
 
@@ -20,12 +21,12 @@ ROOT = pathlib.Path(__file__).resolve().parents[2]
 sys.path.insert(0, str(ROOT / "tests/e2e"))
 from programs import BIN, cpu_seconds, memory, read_json  # noqa: E402
 
-START_S = 300  # to start a slave or a simulator
+START_S = 300  # [s] longest start of a slave or a simulator
 HEAD = "| scene | cores | age of a force: p50, p99 | slave: cores | simulator: cores | slave, simulator, master: MB | missed ticks | force error |"
 
 
 class Program:
-    """A program in the background, on some processors."""
+    """A program in the background, limited to a set of processors."""
 
     def __init__(self, cores, folder, name, *words):
         self.output = folder / f"{name}.txt"
@@ -54,7 +55,7 @@ def overrides(scene, folder):
 
 
 def session(scene, cores, seconds, folder):
-    """The row of one session."""
+    """Runs a session and returns its row."""
     file, own = ROOT / f"deploy/scenes/{scene}.yaml", overrides(scene, folder)
     slave = Program(cores, folder, "slave", "serve", file, "--listen", "127.0.0.1:0", *own)
     simulator = None
@@ -69,7 +70,7 @@ def session(scene, cores, seconds, folder):
         while master.process.poll() is None:
             try:
                 master_mb = max(master_mb, memory(master.process.pid, "VmHWM"))
-            except (OSError, TypeError):  # it has just ended
+            except (OSError, TypeError):  # the process has just ended
                 break
             time.sleep(0.2)
         master.process.wait()

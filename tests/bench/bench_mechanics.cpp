@@ -45,7 +45,7 @@ Contact Press(const Bem2dModel& model, int element, int neighbours) {
   return contact;
 }
 
-// `ratio`: over Eigen's LU of the capacitance matrix alone.
+// `ratio`: time divided by that of Eigen's LU of the capacitance matrix alone.
 void Report(benchmark::State& state, const Bem2dModel& model, long allocated, double seconds) {
   state.counters["ratio"] = seconds / static_cast<double>(state.iterations()) /
                             EigenLuSeconds(2 * static_cast<int>(state.range(0)), 2);
@@ -82,7 +82,7 @@ class RandomContacts {
   std::vector<Contact>& contacts() { return contacts_; }
   void Move(std::size_t k) {
     Contact& contact = contacts_[k];
-    // Somewhere else for certain, where there is room.
+    // Chooses another element if there is more than one.
     const int element = first_ + static_cast<int>(k) * step_ + Below(step_);
     const bool same = element == contact.element && step_ > 1;
     contact.element = same ? first_ + static_cast<int>(k) * step_ + (element + 1) % step_ : element;
@@ -100,7 +100,7 @@ class RandomContacts {
 
 enum class Change { kNone, kOneMoves, kOneComesOrGoes, kAllMove };
 
-// One update after each change, forces alone.
+// Measures one update of the forces after each change.
 template <Change change>
 void Contacts(benchmark::State& state) {
   Bem2dModel& model = ModelOf(static_cast<int>(state.range(1)));
@@ -136,9 +136,10 @@ void Contacts(benchmark::State& state) {
   Report(state, model, AllocationCount() - before, (CpuSeconds() - start));
 }
 
-// What accuracy costs on the block: an update of one flat punch 1 / 15 of the side wide, with the
-// error of its stiffness against paper A's block solved by graded finite elements of high order
-// (nu = 0.49, plane stress, bonded, in the middle of the top), good to 2e-6.
+// Measures what accuracy costs on the block: the time of one update for a flat punch whose width is
+// 1 / 15 of the side, and the error of its stiffness. Reference: paper A's block solved by graded
+// finite elements of high order (nu = 0.49, plane stress, bonded, at the centre of the top),
+// accurate to 2e-6.
 void PunchOnTheBlock(benchmark::State& state) {
   constexpr double kSide = 0.088, kDepth = 1e-3, kStiffness = 0.41409130887689105;  // F / (E d t)
   const auto elements = static_cast<int>(state.range(0));

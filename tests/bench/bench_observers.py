@@ -1,12 +1,15 @@
 #!/usr/bin/env python3
-"""What observers behind a NATS server cost the operator, and what they get. Server and observers run on this machine, with nice 5.
+"""Measures the effect of observers behind a NATS server on the operator, and what the observers receive. Server and
+observers run on this machine, with nice 5.
 
-Operator: runs in threes, beside observers of one slave between two without server and publishing. Prints command ages at the slave,
-and for how long a processor stood still even for a thread more urgent than all of ours: a virtual machine may not get its share.
-Restart: the server is killed and started again; seconds from its first answer until every observer has read a state again.
-Fleet: slaves in one `palpate-master watch`: rates, ages, processor time and memory of the watch.
+  bench_observers.py [--threes N] [--seconds S] [--observers N] [--restarts N] [--slaves N]   needs nats-server
 
-tests/bench/bench_observers.py [--threes N] [--seconds S] [--observers N] [--restarts N] [--slaves N]      needs build/release, nats-server
+Operator: groups of three runs, one with observers of a slave between two without server and publishing. Prints command
+ages at the slave, and the longest time for which a processor did not run even the most urgent thread, as on a virtual
+machine without its share.
+Restart: the server is killed and restarted. Prints the seconds from its first answer until every observer has read a
+state again.
+Fleet: slaves in one `palpate-master watch`. Prints rates, ages, processor time and memory of the watch.
 """
 import argparse
 import contextlib
@@ -26,8 +29,8 @@ from test_crowd import session  # noqa: E402
 STATES = "palpate.silicone-block.state"
 
 
-def attend(processor, longest):
-    """Keeps the longest time in which the processor did not serve an urgent thread [s]; stays 0 without the privilege."""
+def watch_processor(processor, longest):
+    """Records the longest time in which the processor did not run an urgent thread [s]; 0 without the privilege."""
     os.sched_setaffinity(0, {processor})
     os.sched_setscheduler(0, os.SCHED_FIFO, os.sched_param(90))
     last = time.monotonic()
@@ -38,10 +41,10 @@ def attend(processor, longest):
 
 
 @contextlib.contextmanager
-def attended():
-    """The longest such time of each processor."""
+def watched_processors():
+    """Measures the longest such time of each processor."""
     longest = {i: multiprocessing.Value("d", 0) for i in os.sched_getaffinity(0)}
-    processes = [multiprocessing.Process(target=attend, args=pair, daemon=True) for pair in longest.items()]
+    processes = [multiprocessing.Process(target=watch_processor, args=pair, daemon=True) for pair in longest.items()]
     for process in processes:
         process.start()
     try:
@@ -53,9 +56,10 @@ def attended():
 
 
 def operated(slave, a, folder):
-    """Command age p99 [us], how often the operator was held, the slave's share of a core, for how long a processor stood still [s]."""
+    """Command age p99 [us], number of holds of the operator, the slave's share of a core, and the longest time without
+    processor [s]."""
     used, begun = cpu_seconds(slave.process.pid), time.monotonic()
-    with attended() as longest:
+    with watched_processors() as longest:
         seen = session(slave, a.seconds, folder)
     return *seen, (cpu_seconds(slave.process.pid) - used) / (time.monotonic() - begun), max(value.value for value in longest)
 
@@ -102,7 +106,8 @@ def restart(a, folder):
             server.start()
             begun = time.monotonic()
             took.append(crowd.all_read())
-            wait_until(lambda: watch.news.read_text().count("connected to the NATS") == i + 2)  # the first one is that of the start
+            # The first match is that of the start.
+            wait_until(lambda: watch.news.read_text().count("connected to the NATS") == i + 2)
             watched.append(time.monotonic() - begun)
     print(f"restart: {a.observers} observers read again after {min(took):.2f} to {max(took):.2f} s, median {statistics.median(took):.2f} s; "
           f"a watch within {max(watched):.2f} s")

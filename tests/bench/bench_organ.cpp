@@ -33,7 +33,7 @@ constexpr double kModulus = 6000;   // [Pa]
 constexpr double kWidth = 0.014;    // of the discs [m]
 constexpr double kDepth = 0.004;    // [m]
 constexpr double kStep = 0.001;     // of a contact per sample [m]
-constexpr double kCircle = 0.003;   // radius of its way [m]
+constexpr double kCircle = 0.003;   // radius of the tool's circular path [m]
 constexpr double kResidual = 5e-2;  // one step of Newton's method per sample
 constexpr int kSamples = 60;
 

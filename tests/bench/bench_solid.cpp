@@ -25,7 +25,7 @@ using Law = FemOptions::Law;
 constexpr double kCube = 0.06;   // [m]
 constexpr double kForce = 0.25;  // [N]
 
-// A quarter of the foam cube, pressed on its middle square.
+// A quarter of the foam cube, pressed on the square at the centre of its top.
 struct Cube {
   std::unique_ptr<SolidModel> model;
   std::vector<Contact> load;

@@ -1,9 +1,10 @@
-"""Benchmarks of two builds, turn about, so that a machine whose speed changes does so for both.
+"""Compares benchmarks of two builds. It runs them alternately, so that a changing speed of the machine affects both.
 
-  compare.py BEFORE_BIN AFTER_BIN [--rounds 3] [--seconds 0.05] [--only REGEX] [--most 1.05] [--same 1e-8]
+  compare.py BEFORE_BIN AFTER_BIN [--rounds 3] [--seconds 0.05] [--only REGEX] [--max-ratio 1.05] [--same 1e-8]
 
-Of each benchmark that both have the least processor time of all rounds. Exit code 1: one takes more than `--most` times as
-long as before, or a counter `same_*` differs by more than `--same`. Two runs of one build differ by a few percent; what differs more is worth a longer look with `--only`.
+For each benchmark in both builds it compares the smallest processor time of all rounds. Exit code 1: one takes more
+than `--max-ratio` times as long as before, or a counter `same_*` differs by more than `--same`. Two runs of one build
+differ by a few percent; repeat larger differences with `--only`.
 """
 import argparse
 import json
@@ -15,13 +16,13 @@ import sys
 
 
 def measured(program, only, seconds):
-    """Of each benchmark of `program` that matches, its processor time [ns] and its counters `same_*`."""
+    """Runs the matching benchmarks of `program`. Returns the processor time [ns] and the counters `same_*` of each."""
     ran = subprocess.run([program, f"--benchmark_filter={only}", f"--benchmark_min_time={seconds}", "--benchmark_format=json"],
                          capture_output=True, text=True, check=False)
     if ran.returncode != 0 or not ran.stdout.strip():
         return {}
     unit = {"ns": 1, "us": 1e3, "ms": 1e6, "s": 1e9}
-    # Those that count real time work in threads of their own; those that take the time themselves measure processor time.
+    # Benchmarks with real time work in their own threads. Those with manual time measure processor time.
     return {one["name"]: (one["real_time" if re.search("/(real|manual)_time", one["name"]) else "cpu_time"] * unit[one["time_unit"]],
                           {key: one[key] for key in one if key.startswith("same_")})
             for one in json.loads(ran.stdout)["benchmarks"] if not one.get("error_occurred")}
@@ -35,7 +36,7 @@ def main():
     parser.add_argument("--seconds", type=float, default=0.05)
     parser.add_argument("--only", default=".")
     parser.add_argument("--programs", default="bench_", help="names that match this")
-    parser.add_argument("--most", type=float, default=1.05)
+    parser.add_argument("--max-ratio", type=float, default=1.05)
     parser.add_argument("--same", type=float, default=1e-8, help="largest difference of counters same_*")
     a = parser.parse_args()
     names = sorted(one.name for one in a.before.glob("bench_*") if (a.after / one.name).exists() and re.search(a.programs, one.name))
@@ -50,7 +51,7 @@ def main():
         for key in least[0].keys() & least[1].keys():
             ratio = least[1][key] / least[0][key]
             ratios.append(ratio)
-            slower += ratio > a.most
+            slower += ratio > a.max_ratio
             before, after = answers[0][key], answers[1][key]
             difference = max((abs(before[one] - after[one]) for one in before.keys() & after.keys()), default=0)
             differ += difference > a.same
@@ -60,7 +61,7 @@ def main():
         print("compare.py: no benchmark that both have", file=sys.stderr)
         return 2
     print(f"{len(ratios)} benchmarks: after / before, median {statistics.median(ratios):.3f}, least {min(ratios):.3f}, "
-          f"most {max(ratios):.3f}; {slower} above {a.most:g}, {differ} with other answers")
+          f"most {max(ratios):.3f}; {slower} above {a.max_ratio:g}, {differ} with other answers")
     return 1 if slower or differ else 0
 
 

@@ -95,12 +95,12 @@ struct Place {
   std::string face;
 };
 
-// `count` of eight places, apart from each other, five on the top and three on the sides.
+// Returns the first `count` of eight separate places: five on the top and three on the sides.
 inline std::vector<Place> PlacesOn(const Body& body, int count) {
   const SurfaceMesh surface = SurfaceOf(body.mesh);
   Eigen::AlignedBox3d box;
   for (const Vector3d& p : body.mesh.nodes) box.extend(p);
-  // As shares of the box, and the direction of the search for the surface.
+  // Places as fractions of the box, and the direction in which to search for the surface.
   constexpr double kAt[][4] = {{.30, .45, 1, 2}, {.2, 0, .55, 1},  {.75, .7, 1, 2},
                                {.7, 0, .6, 1},   {.72, .25, 1, 2}, {.25, .8, 1, 2},
                                {.45, 1, .55, 1}, {.5, .42, 1, 2}};

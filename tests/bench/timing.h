@@ -1,4 +1,4 @@
-// Times of the calling thread and what they are compared with.
+// CPU times of the calling thread and reference times to compare them with.
 #pragma once
 
 #include <algorithm>
@@ -11,7 +11,7 @@
 
 namespace palpate {
 
-// CPU time of this thread [s]: what other programs take does not count.
+// CPU time of this thread [s]. The time of other programs does not count.
 inline double CpuSeconds() {
   timespec now{};
   clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);

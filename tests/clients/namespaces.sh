@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
-# Slave and master in two network namespaces, joined by a veth pair, reach each other by address.
+# Runs slave and master in two network namespaces that are joined by a veth pair. They reach each other by address.
 #   namespaces.sh SCRATCH_DIR 'SLAVE COMMAND' 'MASTER COMMAND'
-# In the commands ADDRESS is where to listen and whom to connect to, for example
+# In both commands ADDRESS is replaced by the slave's address, for example
 #   namespaces.sh /tmp/x 'palpate-slave serve s.yaml --listen ADDRESS --insecure' \
 #                        'palpate-master connect ADDRESS --insecure --duration 4'
 # The exit code is the master's; 77: namespaces are not permitted here.
@@ -16,7 +16,7 @@ slave_command=$2
 master_command=$3
 mkdir -p "$scratch"
 
-# A user without rights may still have namespaces of their own.
+# A user without privileges may still be permitted to make namespaces.
 if [[ -z ${PALPATE_UNSHARED:-} ]] && ! ip netns add "palpate-probe-$$" 2>/dev/null; then
   if unshare --user --map-root-user --net --mount true 2>/dev/null; then
     PALPATE_UNSHARED=1 exec unshare --user --map-root-user --net --mount "$0" "$@"

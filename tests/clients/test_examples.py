@@ -1,4 +1,4 @@
-"""Every example of deploy/examples against a real slave, and what the client libraries promise beyond them.
+"""Runs every example of deploy/examples against a real slave, and tests the further functions of the client libraries.
 
   test_examples.py Python|Cpp|Node    needs PALPATE_BIN; Cpp PALPATE_TEST_OUTPUT and PALPATE_BUILD
 """
@@ -18,7 +18,7 @@ import unittest
 from concurrent import futures
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "e2e"))
-from delaying_line import DelayingLine  # noqa: E402
+from delayed_link import DelayedLink  # noqa: E402
 from programs import BARE, BIN, BLOCK, PACKAGE, PATIENCE, ROOT, FolderTest, Simulator, Slave, make_certificates, operate, run, wait_until  # noqa: E402
 
 sys.path.insert(0, str(PACKAGE))
@@ -29,11 +29,12 @@ ARM = ("--override", "manipulator.source=stream")
 CAMERA = ("--override", "sense.camera.source=stream")
 TACTILE = ("--override", "sense.tactile.source=stream")
 HOME = "0.044,0.09416,0"
-STILL = 1.28  # [N] force of the block at the end of the press of `operate`, which the simulator's true force confirms below
+# [N] force of the block at the end of the press of `operate`; a test compares it with the simulator's true force.
+STILL = 1.28
 
 
 def fake_slave():
-    """Base class of slaves that are served by the generated code alone, for what no real slave does on demand."""
+    """Returns the base class of fake slaves, which do on demand what no real slave does."""
     import grpc
     from palpate.v1 import teleoperation_pb2_grpc
 
@@ -57,11 +58,11 @@ def skip(reason):
 
 
 class Examples(FolderTest):
-    """What all languages show."""
+    """Tests of the examples in all languages."""
     environment = BARE
 
     def run_example(self, name, *arguments, **options):
-        """Output of an example that ends with exit code 0."""
+        """Returns the output of an example that must end with exit code 0."""
         done = run(*self.command(name), *arguments, env={**self.environment, **options.pop("environment", {})})
         self.assertEqual(done.returncode, 0, f"{name}: {done.stdout}{done.stderr}")
         print(f"{type(self).__name__} {name}: {done.stdout.strip()}", flush=True)
@@ -101,10 +102,10 @@ class Examples(FolderTest):
             self.assertIn("expected 19", text)
 
     def check_cut_link(self, *examples):
-        """Every example ends with an error when nothing arrives any more, though nobody closes the connection."""
+        """Every example ends with an error when no more data arrives, although the connection is not closed."""
         def cut(slave, words):
-            with DelayingLine(slave.address, 0, max_down=10_000) as line:
-                return words[0], run(*self.command(words[0]), line.address, *words[1:], env=self.environment), line.bytes_down - line.max_down
+            with DelayedLink(slave.address, 0, max_down=10_000) as link:
+                return words[0], run(*self.command(words[0]), link.address, *words[1:], env=self.environment), link.bytes_down - link.max_down
 
         with Slave(BLOCK) as simulated, Slave(BLOCK, *ARM, simulates=False) as driven, futures.ThreadPoolExecutor() as pool:
             ends = [pool.submit(cut, driven if words[0] == "drive_arm" else simulated, words) for words in examples]
@@ -117,10 +118,10 @@ class Examples(FolderTest):
         """`operator(address)` yields a function that returns `ok` after `engage`, `release` and `change`."""
         import palpate
         with Slave(BLOCK, simulates=False) as slave, palpate.connect(slave.address) as connected, operator(slave.address) as command:
-            # The description of the scene is complete, and its revision another, when the first sample arrives.
+            # When the first sample arrives the description of the scene becomes complete and gets another revision.
             before, answers = connected.scene().settings_revision, []
 
-            def engages():  # again after a hold, which a busy machine causes
+            def engages():  # engages again after a hold, which a busy machine may cause
                 answers.append(command("engage"))
                 return answers[-1] == "ok"
 
@@ -162,7 +163,8 @@ class Python(Examples):
         self.check_feeding(["--size", "640x480"], "--check")
 
     def test_depth_camera(self):
-        """A camera of OpenNI2, by a stand-in for the package `openni`, before an untouched membrane."""
+        """A depth camera by OpenNI2, with a stand-in for the package `openni`, in front of a membrane without
+        contact."""
         import palpate
         depth = ("sense.camera={depth: {source: stream}, rate: 30 Hz, unit: 0.02 mm, sigma: 0.2 mm, fx: 400, fy: 400, cx: 159.5, "
                  "cy: 119.5, pose: {translation: [0, 0, -250 mm]}}")
@@ -197,7 +199,7 @@ class Python(Examples):
         error = live["force"][contact, 1] - live["true_force"][contact, 1]
         self.assertGreater(contact.sum(), 20)
         self.assertLess(np.sqrt(np.mean(error ** 2)), 0.1 * live["true_force"][:, 1].max())
-        # Reference: the arrays that are exported of the same files.
+        # Reference: the arrays exported from the same files.
         self.run_example("record", recording, self.out / "read.npz")
         from palpate.export import export
         for file in (recording, self.out / "slave.mcap"):
@@ -211,7 +213,7 @@ class Python(Examples):
         np.testing.assert_array_equal(sensed.force, exported)
         np.testing.assert_array_equal(sensed.tip, np.load(self.out / "slave/numpy/p_S_tip.npy"))
         self.assertGreater(len(sensed), 100)
-        # A file that was cut is read up to the cut.
+        # A truncated file is read up to its end.
         cut = self.out / "cut.mcap"
         cut.write_bytes((self.out / "slave.mcap").read_bytes()[:-(self.out / "slave.mcap").stat().st_size // 2])
         part = palpate.read_recording(cut).states
@@ -230,11 +232,12 @@ class Python(Examples):
         truth = held.true_force[-1, 1] / held.depth[-1]
         self.assertIn("5 of 5 presses", planar)
         self.assertAlmostEqual(self.number(r"([0-9.]+) N/m", planar), truth, delta=0.02 * truth)
-        self.assertLess(self.number(r"centre, ([0-9.]+) to", planar), 0.9)  # near its free sides a block is softer
+        self.assertLess(self.number(r"centre, ([0-9.]+) to", planar), 0.9)  # a block is softer near its free sides
         self.assertEqual((self.out / "block.svg").read_text().count("<rect"), 5)
 
     def pressed(self, address, name, *arguments):
-        """Output of an example that presses. If a busy machine held the tool, it is moved back home, and presses again."""
+        """Returns the output of an example that presses. If a busy machine held the tool, it is moved home and the
+        example repeated."""
         import palpate
         done = []
 
@@ -283,7 +286,7 @@ class Python(Examples):
 
     @contextlib.contextmanager
     def ros_bridge(self, address):
-        """Runs the bridge; yields a function that returns what it has published on a topic."""
+        """Runs the bridge. Yields a function that returns the messages published on a topic."""
         published = self.out / "published"
         published.touch()
         with subprocess.Popen(["/usr/bin/python3", "-m", "palpate_bridge.bridge", address], stderr=subprocess.DEVNULL,
@@ -298,7 +301,7 @@ class Python(Examples):
                 process.kill()
 
     def test_ros_bridge_reports_a_silent_sensor_and_connects_again(self):
-        with Slave(BLOCK) as slave, DelayingLine(slave.address, 0) as line, self.ros_bridge(line.address) as messages:
+        with Slave(BLOCK) as slave, DelayedLink(slave.address, 0) as link, self.ros_bridge(link.address) as messages:
             def newest():
                 return messages("/diagnostics")[-1]["status"][0]
 
@@ -308,13 +311,13 @@ class Python(Examples):
             self.assertTrue(wait_until(lambda: newest()["level"] == [3]), newest())
             self.assertIn({"key": "validity", "value": "stale"}, newest()["values"])
             count = len(messages("palpate/wrench"))
-            line.cut()
+            link.cut()
             self.assertTrue(wait_until(lambda: any(m["status"][0]["level"] == [2] for m in messages("/diagnostics"))))
             slave.simulator = Simulator(slave.command, slave.address)
             self.assertTrue(wait_until(lambda: len(messages("palpate/wrench")) > count), newest())
 
     def test_ros_bridge_stamps_by_its_own_clock_and_publishes_no_unknown_moment(self):
-        """The slave is a fake, whose clock is an hour ahead and later two, and whose moment is known at times."""
+        """The fake slave's clock is one hour ahead and later two, and it reports a moment in some of its states."""
         from palpate.v1 import state_pb2, telemetry_pb2
 
         class Ahead(fake_slave()):
@@ -341,7 +344,7 @@ class Python(Examples):
 
         fake = Ahead()
         with fake.served() as address, self.ros_bridge(address) as messages:
-            def is_late():  # of the newest message [s]
+            def is_late():  # age of the newest message [s]
                 return abs(messages("palpate/wrench")[-1]["header"]["stamp"]["sec"] - time.time())
 
             self.assertTrue(wait_until(lambda: len(messages("palpate/wrench")) > 5))
@@ -373,12 +376,13 @@ class Python(Examples):
                                                settings_revision=4)
 
         with Changed().served() as address, palpate.connect(address) as slave, slave.operate("late") as tool:
-            with mock.patch("palpate.operator.ANSWER", 0.5), \
+            with mock.patch("palpate.operator.TIMEOUT", 0.5), \
                     self.assertRaisesRegex(palpate.Interrupted, "the settings changed: revision 3, now 4"):
                 tool.engage()
 
     def test_plots_of_tables(self):
-        """Each kind of table that the programs write is drawn; other tables and damaged ones are named."""
+        """Each kind of table that the programs write is drawn. For other or damaged tables the message names the
+        file."""
         if run("/usr/bin/python3", "-c", "import matplotlib").returncode:
             self.skipTest("no python3-matplotlib")
         plot = lambda file, *options: run("/usr/bin/python3", "-m", "palpate.plot", file, *options, env=self.environment)
@@ -401,7 +405,7 @@ class Python(Examples):
             self.assertNotIn("Traceback", done.stderr)
 
     def test_pip_installs_the_client_without_network(self):
-        """The lines of deploy/python/README.md, in an environment that has nothing of the build."""
+        """Runs the commands of deploy/python/README.md in an environment without access to the build."""
         environment = self.out / "venv"
         made = run("/usr/bin/python3", "-m", "venv", "--system-site-packages", environment)
         self.assertEqual(made.returncode, 0, made.stdout + made.stderr)
@@ -447,7 +451,7 @@ class Python(Examples):
             waiting.join(60)
             home = tools[0].state.tip
 
-            def moves():  # again after a hold, which a busy machine causes
+            def moves():  # engages again after a hold, which a busy machine may cause
                 try:
                     tools[0].move_to(home + [0, -0.004, 0], 0.01)
                 except palpate.Interrupted:
@@ -493,11 +497,11 @@ class Python(Examples):
                 with self.assertRaises(palpate.Interrupted):
                     tool.move_to(home + [0, -0.005, 0], 0.002)
                 paused = tool.position
-                self.assertLess(np.linalg.norm(paused - home), 0.004)  # it did not go on behind the stop
+                self.assertLess(np.linalg.norm(paused - home), 0.004)  # it did not continue after the stop
                 slave.reset(slave.status())
                 time.sleep(0.3)
-                np.testing.assert_array_equal(tool.position, paused)  # nor after it
-                tool.engage()  # moves nothing
+                np.testing.assert_array_equal(tool.position, paused)  # and it stays there
+                tool.engage()  # does not move the tool
                 self.assertLess(np.linalg.norm(tool.position - paused), 5e-4)
                 tool.move_to(home, 0.01)
                 waiting.start()
@@ -550,7 +554,7 @@ class Python(Examples):
 
 @contextlib.contextmanager
 def script_operator(address):
-    """Commands of the program of this name: a function that returns the answer to a line."""
+    """Starts the program of this name. Yields a function that sends it a line and returns its answer."""
     with subprocess.Popen([str(BIN / "script_operator"), address], stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True,
                           env={**BARE, "MALLOC_ARENA_MAX": "1"}) as process:
         first = process.stdout.readline()
@@ -578,7 +582,7 @@ class Cpp(Examples):
             done = run(*command, env={"PATH": os.environ["PATH"]}, timeout=3000)
             if done.returncode != 0:
                 raise AssertionError(done.stdout + done.stderr)
-        # Nothing of the repository but the installed headers was read.
+        # The compiler read no headers of the repository except the installed ones.
         read = subprocess.run(["c++", "-std=c++17", "-M", f"-I{prefix}/include", EXAMPLES / "operate.cpp"], capture_output=True,
                               text=True, check=True).stdout.split()
         inside = [word for word in read if word.startswith(str(ROOT)) and not word.startswith((str(prefix), str(EXAMPLES)))]
@@ -606,7 +610,7 @@ class Cpp(Examples):
     def test_changed_settings(self):
         self.check_changed_settings(script_operator)
 
-    # A state has some 500 bytes: 400 of them would be 200 kB.
+    # A state has about 500 bytes, so 400 states would be 200 kB.
     def test_an_idle_operator_keeps_no_states(self):
         with Slave(BLOCK) as slave, script_operator(slave.address) as command:
             first, second = int(command("idle 200")), int(command("idle 400"))

@@ -1,4 +1,4 @@
-"""The plug-in for LeRobot with stand-ins of LeRobot's interfaces and a fake slave. Needs PYTHONPATH."""
+"""Tests the plug-in for LeRobot with stand-ins of LeRobot's interfaces and a fake slave. Needs PYTHONPATH."""
 import math
 import pathlib
 import sys
@@ -68,7 +68,8 @@ class Handle:
 
 
 class Source(fake_slave()):
-    """A slave whose force rises by 1 N per state along y; `validity` and `repeats` (the same sample) as the test sets them."""
+    """A fake slave whose force rises by 1 N per state along y. The test sets `validity`, and `repeats`: it sends the
+    same sample again."""
     validity, repeats, sequence = state_pb2.VALIDITY_VALID, False, 0
 
     def WatchState(self, request, context):

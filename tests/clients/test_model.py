@@ -1,7 +1,7 @@
-"""palpate.solve, Model, verify_forces and identify: the digits of the programs, and a named exception for bad input.
+"""palpate.solve, Model, verify_forces and identify return the same digits as the programs, and raise exceptions that
+name invalid input.
 
-The digits are those of `palpate-slave solve` (PALPATE_BIN), the errors are those that a user would make. Needs the built
-package with its module (PYTHONPATH).
+The programs are in PALPATE_BIN. Needs the built package with its module (PYTHONPATH).
 """
 import csv
 import json
@@ -92,7 +92,7 @@ def quiet_model(*arguments, **options):
 
 
 def tetrahedra(cells=(6, 6, 3), size=(0.06, 0.06, 0.03)):
-    """A block of tetrahedra, six in each cell."""
+    """Returns a block of tetrahedra, six in each cell."""
     n = np.array(cells) + 1
     grid = np.stack(np.meshgrid(*(np.arange(k) for k in n), indexing="ij"), axis=-1).reshape(-1, 3)
     nodes = grid / np.array(cells) * np.array(size)
@@ -110,7 +110,7 @@ def tetrahedra(cells=(6, 6, 3), size=(0.06, 0.06, 0.03)):
 
 
 def cube_surface():
-    """The triangles of a cube of 40 mm."""
+    """Returns the triangles of a cube of 40 mm."""
     nodes = np.array([[x, y, z] for x in (0, 1) for y in (0, 1) for z in (0, 1)]) * 0.04
     quads = [(0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7, 3)]
     return nodes, np.array([t for a, b, c, d in quads for t in ((a, b, c), (a, c, d))])
@@ -123,7 +123,7 @@ class SlaveSolve(unittest.TestCase):
         self.folder = pathlib.Path(self.scratch.name)
 
     def solved(self, scene, rows, loads=False):
-        """The rows of `palpate-slave solve`, each a case of its own."""
+        """Returns the rows of `palpate-slave solve`, one per case."""
         (self.folder / "scene.yaml").write_text(json.dumps(scene))
         axes = "fx,fy,fz" if loads else "dx,dy,dz"
         lines = [f"case,x,y,z,{axes}"] + [f"{i}," + ",".join(map(digits, row)) for i, row in enumerate(rows)]
@@ -141,7 +141,7 @@ class SameDigitsTest(SlaveSolve):
         scene = {"name": "x", "object": {"geometry": geometry,
                                          "material": {"young_modulus": young_modulus, "poisson_ratio": poisson_ratio}},
                  "model": {**options.get("model", {}), "kind": options.get("kind", "auto")}}
-        if scene["model"]["kind"] == "auto":  # the command would study it
+        if scene["model"]["kind"] == "auto":  # the command would run a study to choose the kind
             scene["model"]["kind"] = "bem2d"
         if "fixed" in options:
             scene["object"]["fixed"] = options["fixed"]
@@ -170,7 +170,7 @@ class SameDigitsTest(SlaveSolve):
                     self.assertEqual(bool(answer.why[i]), row["validity"] != "valid")
                     compared += 1
         self.assertGreater(compared, 40)
-        # Every kind but `membrane`, which has another interface.
+        # All kinds except `membrane`, which has another interface.
         self.assertEqual(kinds, {"bem2d", "extruded", "plate", "plate-large", "fem", "fem-green"})
 
     def test_contacts_together_and_a_scene_file(self):
@@ -199,7 +199,7 @@ class MeshTest(SlaveSolve):
     def force(self, mesh, fixed=ON_GROUND, **options):
         answer = quiet_model(mesh, 20e3, 0.45, tool=FLAT, fixed=fixed, kind="fem-green", **options).solve(self.CONTACT)
         self.assertEqual(answer.force.shape, (3,))
-        self.assertLess(answer.force[2], 0)  # of the tool on the body
+        self.assertLess(answer.force[2], 0)  # force of the tool on the body
         return answer.force[2]
 
     def test_every_way_to_give_a_mesh(self):
@@ -292,7 +292,7 @@ class MeshTest(SlaveSolve):
 
 
 class BadInputTest(unittest.TestCase):
-    """Each case: what the message names, and the call."""
+    """Each case has the text that the message must contain, and the call."""
 
     def bad(self, pattern, call):
         with self.assertRaises(ValueError) as raised:
@@ -374,7 +374,7 @@ class BadInputTest(unittest.TestCase):
         nodes, elements = tetrahedra()
         surface, triangles = cube_surface()
         quads = np.array([(0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7, 3)])
-        soup = surface[triangles].reshape(-1, 3)  # of each triangle its own corners, as numpy-stl has them
+        soup = surface[triangles].reshape(-1, 3)  # each triangle has its own corners, as in numpy-stl
         outline = np.array(POLYGON["polygon"]["points"])
         on_outline = {"fixed": {"side": "top"}, "tool": PLANE_TOOL, "thickness": 0.01}
         fine = {"tool": FLAT, "fixed": ON_GROUND, "kind": "fem-green"}
@@ -523,8 +523,8 @@ class SpeedTest(unittest.TestCase):
         self.assertLess(float(np.median(ratios)), 1.5)
 
     def test_a_call_takes_at_most_half_more_than_the_library_for_a_contact(self):
-        # An update of fem-green takes less than a microsecond. What `palpate-slave solve` does for a contact finds its place
-        # and the nodes under the tool as well: 500 contacts of one call, whose arrays cost next to nothing.
+        # An update of fem-green takes less than a microsecond. For each contact `palpate-slave solve` also finds its
+        # position and the nodes under the tool. The test solves 500 contacts in one call, whose arrays cost little.
         model = quiet_model({"box": {"size": [0.06, 0.06, 0.06], "cells": [6, 6, 6]}}, 20e3, 0.45, tool=FLAT, fixed=ON_GROUND,
                             kind="fem-green")
         contact = np.array([0.03, 0.03, 0.06, 0, 0, -0.002])

@@ -1,4 +1,4 @@
-"""The driver of the MP-285 against a fake behind a pseudo-terminal, whose line fails in six ways."""
+"""Tests the driver of the MP-285 with a fake device behind a pseudo-terminal, whose transmission fails in six ways."""
 import importlib.util
 import os
 import pathlib
@@ -26,7 +26,8 @@ driver.PATIENCE = 0.03  # the fake answers at once
 
 
 class FakeMp285:
-    """As its manual has it. Of a hundred answers `failing` fail: missing, half, a wrong bit, garbage, late, an error."""
+    """A fake device that behaves as the manual states. Of a hundred answers `failing` fail: missing, truncated, with a
+    wrong bit, garbage, late, or an error."""
 
     def __init__(self, failing=0, seed=1):
         self.failing, self.random = failing, random.Random(seed)
@@ -64,7 +65,7 @@ class FakeMp285:
             self.answer(struct.pack("<3i", *self.at) + b"\r")
         elif command[:1] == b"m":
             to = struct.unpack("<3i", command[1:13])
-            if self.failing and self.random.random() < 0.01:  # it stops on its way, and says so
+            if self.failing and self.random.random() < 0.01:  # it stops before the target and reports this
                 self.failures += 1
                 self.at = tuple((a + b) // 2 for a, b in zip(self.at, to))
                 self.send(b"8\r")
@@ -112,7 +113,7 @@ class Mp285Test(unittest.TestCase):
         self.assertEqual(drive.find(), fake.at)
         self.assertEqual(drive.move_to((200_100, 199_900, 200_000), 0), (200_100, 199_900, 200_000))
         self.assertEqual(fake.at, (200_100, 199_900, 200_000))
-        fake.at = (200_200, 199_900, 200_000)  # by the hand wheel
+        fake.at = (200_200, 199_900, 200_000)  # moved by the manual control
         self.assertEqual(drive.poll(), fake.at)
 
     def test_a_silent_line_is_a_fault(self):

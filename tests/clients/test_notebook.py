@@ -1,4 +1,4 @@
-"""Runs the cells of the notebooks of deploy/python, and the README's lines. Needs PYTHONPATH."""
+"""Runs the cells of the notebooks in deploy/python, and the commands of its README. Needs PYTHONPATH."""
 import contextlib
 import io
 import json
@@ -41,7 +41,8 @@ class NotebookTest(unittest.TestCase):
         force, band, depth = names["force"], names["band"], names["depth"]
         self.assertTrue(names["answer"].valid.all())
         self.assertTrue(np.all(np.diff(force) > 0) and np.all(band > 0) and np.all(band < force))
-        # A disc of radius a on a half-space takes 2 E a d / (1 - nu^2); a layer of 1.5 diameters takes more.
+        # A disc of radius a on a half-space needs the force 2 E a d / (1 - nu^2); on a layer of 1.5 diameters it needs
+        # more.
         half_space = 2 * 60e3 * 0.01 * depth / (1 - 0.45**2)
         self.assertTrue(np.all(force > 0.95 * half_space) and np.all(force < 2 * half_space))
         lines = names["axes"].get_lines()

@@ -1,4 +1,4 @@
-"""Recordings in Python: damaged, joined and incomplete ones. Needs the built Python client (PYTHONPATH)."""
+"""Reading of damaged, joined and incomplete recordings in Python. Needs the built Python client (PYTHONPATH)."""
 import contextlib
 import io
 import pathlib
@@ -22,7 +22,7 @@ except ImportError as missing:
 MAGIC = b"\x89MCAP0\r\n"
 
 
-# Records as mcap.dev/spec has them.
+# Builds records as specified in mcap.dev/spec.
 def text(content):
     return struct.pack("<I", len(content)) + content.encode()
 
@@ -67,7 +67,7 @@ class RecordingTest(unittest.TestCase):
         self.file = self.folder / "a.mcap"
 
     def read(self, content):
-        """Positions of the ticks, and the damage, which is also warned of."""
+        """Returns the positions of the ticks and the damage, which must also cause a warning."""
         self.file.write_bytes(content)
         with warnings.catch_warnings(record=True) as caught:
             warnings.simplefilter("always")
@@ -140,7 +140,7 @@ class RecordingTest(unittest.TestCase):
         self.assertEqual(code, 0)
         self.assertEqual(printed.count("a chunk of 1.000 s is damaged"), 1)
         self.assertIn("2 ticks", printed)
-        # A message that is none, inside of a chunk whose checksum is right.
+        # An invalid message in a chunk with a correct checksum.
         bad = record(5, struct.pack("<HIQQ", 1, 1, 0, 0) + b"\xff\xff\xff")
         self.file.write_bytes(mcap(bad))
         code, printed = run()

@@ -27,7 +27,7 @@ DATA = pathlib.Path(__file__).resolve().parents[2].parent / "shared/data"
 
 
 def write_recording(file, seed, contacts=6, seconds=3.0):
-    """Contacts of a second whose electrodes fall in proportion to a force along -z; returns the forces."""
+    """Writes contacts of one second, whose electrodes fall in proportion to a force along -z. Returns the forces."""
     random = np.random.default_rng(seed)
     t = np.arange(0, seconds * contacts, 0.01)
     phase = t % seconds
@@ -51,7 +51,7 @@ class TrainTest(unittest.TestCase):
         self.folder = pathlib.Path(folder.name)
 
     def run_train(self, *arguments):
-        """Exit code, standard output, standard error."""
+        """Returns exit code, standard output and standard error."""
         out, err = io.StringIO(), io.StringIO()
         with contextlib.redirect_stdout(out), contextlib.redirect_stderr(err):
             try:
@@ -105,7 +105,7 @@ class TrainTest(unittest.TestCase):
             h = np.tanh(c) / (1 + np.exp(-o))
         np.testing.assert_allclose(forces[-1], 1.5 * 3 * (h @ dense[0] + dense[1]), rtol=1e-12)
 
-    # The force follows the electrodes, so little more than their noise can remain: 2 % of the peak.
+    # The force is a function of the electrodes, so only their noise limits the error: 2 % of the peak.
     def test_every_kind_of_network_learns_a_force_that_follows_the_electrodes(self):
         for k in range(6):
             write_recording(self.folder / f"{k}.csv", k)
@@ -171,7 +171,7 @@ class TrainTest(unittest.TestCase):
         self.assertIn("--network rnn_20: expected", self.refusal(good, "--network", "rnn_20"))
 
     def write_channels(self, name, count, seed, contacts=8):
-        """Channels that are each a share of a normal force, one of them quadratic; force along -z."""
+        """Writes channels in proportion to a normal force along -z, one of them quadratic in it."""
         random = np.random.default_rng(seed)
         t = np.arange(0, 3.0 * contacts, 0.01)
         phase = t % 3.0
@@ -184,7 +184,8 @@ class TrainTest(unittest.TestCase):
         file.write_text("\n".join(rows) + "\n")
         return file
 
-    # The force follows the channels, whose noise is 0.5 to 1 % of a newton each: 2 % of the peak is left at most.
+    # The force is a function of the channels, whose noise is equivalent to 5 to 10 mN each: the error is at most 2 % of
+    # the peak.
     def test_any_number_of_channels_gives_the_force_that_they_follow(self):
         for count in (1, 16, 256):
             file = self.write_channels("a.csv", count, count)
@@ -218,7 +219,7 @@ class TrainTest(unittest.TestCase):
         self.assertIn("bad.csv:8: c3 = nothing: expected a finite number", refused([*lines[:7], ",".join(cells), *lines[8:]]))
         self.assertIn("good.csv: 4 channels: expected 5 as in", refused(self.write_channels("five.csv", 5, 1).read_text()
                                                                         .splitlines(), good))
-        # A test on samples of the training has no error, whatever the spelling of their file.
+        # Samples of the training may not be used for the test, even if the file is named by another path.
         other = good.parent / "." / ".." / good.parent.name / good.name
         self.assertIn("share samples", self.refusal(good, "--test", other, "--unit", "kPa"))
         self.assertIn("share samples", self.refusal(f"{good}@0:9", "--test", f"{good}@8:15", "--unit", "kPa"))
@@ -227,7 +228,7 @@ class TrainTest(unittest.TestCase):
         self.assertIn("--normal scale: expected COLUMN=FACTOR", refused(lines, "--normal", "scale"))
 
     def changed(self, name, file, change, header=lambda names: names):
-        """A copy of a table; `change` gets the rows of numbers, and which column has which name."""
+        """Writes a changed copy of a table. `change` gets the rows of numbers and the index of each column by name."""
         names, *rows = file.read_text().splitlines()
         values = np.array([[float(cell) for cell in row.split(",")] for row in rows])
         columns = {title: i for i, title in enumerate(names.split(","))}
@@ -300,7 +301,8 @@ class TrainTest(unittest.TestCase):
             archive.writestr("[Content_Types].xml", "<Types/>")
         self.assertIn("test.xlsx: a workbook (.xlsx): save the table as CSV", self.refusal(book, "--unit", "kPa"))
 
-    # Reference: the scale under the sensor. Trials differ: a linear fit to one is off by 0.76 N and more on the other.
+    # Reference: the scale under the sensor. The trials differ: a linear fit to one has an error of 0.76 N and more on
+    # the other.
     @unittest.skipUnless((DATA / "tactile_eflesh").exists(), f"needs {DATA}/tactile_eflesh")
     def test_a_magnetic_sensor_trained_on_one_trial_measures_the_other(self):
         for first, second in ((1, 2), (2, 1)):

@@ -1,6 +1,7 @@
-"""python3 -m palpate.verify: tables, wrench topics of MCAP and rosbag2, joined topics, and what is refused. Needs PYTHONPATH.
+"""python3 -m palpate.verify with tables, with wrench topics of MCAP and rosbag2, with joined topics and with invalid
+input. Needs PYTHONPATH.
 
-The forces are synthetic: what is wrong with the estimate is what the test did to it.
+The forces are synthetic, so each test knows the fault of the estimate.
 """
 import contextlib
 import io
@@ -28,7 +29,7 @@ COLUMNS = [f"{w}_f{a}" for w in ("measured", "estimated") for a in "xyz"]
 
 
 def forces(count=600, seed=3):
-    """Times [s], a smooth force, and an estimate with errors of 20 mN."""
+    """Returns times [s], a smooth force, and an estimate with errors of 20 mN."""
     t = np.arange(count) * 0.02
     force = np.column_stack([2 * np.sin(1.1 * t), 1.5 * np.cos(1.7 * t), 2 * np.sin(0.6 * t) - 1])
     return t, force, force + 0.02 * np.random.default_rng(seed).normal(size=force.shape)
@@ -46,7 +47,7 @@ class VerifyTest(unittest.TestCase):
         self.folder = pathlib.Path(scratch.name)
 
     def run_verify(self, *arguments):
-        """Exit code, output, errors and the report's only card; None: none was written."""
+        """Returns exit code, output, errors and the report's only card; None: none was written."""
         out, errors, report = io.StringIO(), io.StringIO(), self.folder / "report.json"
         report.unlink(missing_ok=True)
         with contextlib.redirect_stdout(out), contextlib.redirect_stderr(errors):
@@ -111,8 +112,9 @@ class VerifyTest(unittest.TestCase):
                             messages("/estimate", bags.CONTACT, t, estimated), chunked=chunked)
             found, card = self.wrong(self.folder / "run.mcap", "--measured", "/sensor", "--estimated", "/estimate")
             self.assertEqual(found, set())
-            self.assertNotEqual(card["lines"]["sigma"]["verdict"], "not tested")  # of the ContactWrench
-        self.assertEqual(self.wrong(self.folder / "run.mcap", "--measured", "/sensor")[0], set())  # the other one is the estimate
+            self.assertNotEqual(card["lines"]["sigma"]["verdict"], "not tested")  # sigma is in the ContactWrench
+        # The other topic is the estimate.
+        self.assertEqual(self.wrong(self.folder / "run.mcap", "--measured", "/sensor")[0], set())
 
     def test_topics_of_different_times_are_joined(self):
         t, measured, estimated = forces()

@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
-# The examples of CONTRIBUTING: each patch applies to the present tree, touches no more than its row says, and the
-# sources of its own room compile with the flags of the build next door.
+# Tests the examples of CONTRIBUTING: each patch applies to the present tree, changes only the files that its row
+# permits, and the sources in its own folder compile with the flags of the existing build.
 # usage: apply.sh BUILD_DIR SCRATCH_DIR [--build]   (--build: builds slave and master with all of them)
 set -euo pipefail
 build=$1 scratch=$2
@@ -13,10 +13,11 @@ mkdir -p "$scratch"
 (cd "$root" && git ls-files -z | tar --null --files-from=- --create) | tar --extract --directory "$scratch"
 cd "$scratch"
 
-# allowed PATCH: files outside of its own room that it may change, CMake's lists and tests apart
+# allowed PATCH: files outside of its own folder that it may change, apart from CMake's lists and tests
 declare -A allowed=([model]=2 [state_field]=3)
 
-how_to_compile() {  # how_to_compile FILE.cpp: as a source beside it, with what is precompiled, for this copy of the tree
+# How_to_compile FILE.cpp: prints the compile command of a neighbouring source, adapted to this copy of the tree.
+how_to_compile() {
   python3 - "$build" "$root" "$1" <<'PY'
 import json, pathlib, shlex, sys
 build, root, file = sys.argv[1:]

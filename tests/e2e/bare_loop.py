@@ -1,4 +1,5 @@
-"""How late a bare loop of 1 kHz wakes on this machine, now: prints the 99.9th percentile [s] when it gets SIGTERM."""
+"""Measures how late an empty 1 kHz loop wakes on this machine. Prints the 99.9th percentile [s] when it gets
+SIGTERM."""
 import signal
 import time
 

@@ -1,10 +1,12 @@
-"""Slave killed, stopped, cut off, again and again under one master: how soon the hand is let go, and what it takes to go on.
+"""Kills, stops or disconnects the slave repeatedly under one master: measures how soon the force ends, and that motion
+resumes only after an engagement.
 
-  deaths.py [--times 20] [--only WORDS]    20 times: five minutes; 1000 times: with a night to spare
+  deaths.py [--times 20] [--only TEXT]    20 repetitions take five minutes; 1000 take a night
 
-Times count from the last state, which came at or before the event, to the last tick with a force, less the ticks that the machine
-kept from the loop. Fails where one is longer than 100 ms and what a bare loop was late by at its 99.9th percentile, where somebody went on without an engagement, or
-memory or descriptors of the master grew.
+A delay is the time from the last state, which arrived at or before the event, to the last tick with a force, without
+the time that the machine kept from the loop.
+Exit code 1: a delay exceeds 100 ms plus the 99.9th percentile of the lateness of a bare loop; motion resumed without an
+engagement; or memory or descriptors of the master grew.
 """
 import argparse
 import os
@@ -15,7 +17,7 @@ import sys
 import tempfile
 import time
 
-from delaying_line import DelayingLine
+from delayed_link import DelayedLink
 from programs import BLOCK, PATIENCE, SLAVE, Slave, memory, operate, read_json, wait_until
 from tick_log import Log
 
@@ -24,19 +26,19 @@ HERE = pathlib.Path(__file__).resolve().parent
 
 
 class Bench:
-    """A slave behind a link, which can be ended and started again at its address."""
+    """A slave behind a link. The slave can be killed and restarted at its address."""
 
     def __init__(self):
         self.slave = Slave()
         self.slave.__enter__()
-        self.line = DelayingLine(self.slave.address, 0)
-        self.line.__enter__()
+        self.link = DelayedLink(self.slave.address, 0)
+        self.link.__enter__()
 
     def kill(self):
         self.slave.process.kill()
         self.slave.process.communicate()
 
-    def again(self):
+    def restart(self):
         self.slave = Slave(command=[SLAVE, "serve", BLOCK, "--listen", self.slave.address])
         self.slave.__enter__()
 
@@ -44,14 +46,14 @@ class Bench:
         self.slave.process.send_signal(which)
 
     def close(self):
-        self.line.__exit__()
+        self.link.__exit__()
         self.slave.__exit__()
 
 
 EVENTS = {
-    "kill -9": (Bench.kill, Bench.again),
+    "kill -9": (Bench.kill, Bench.restart),
     "SIGSTOP": (lambda bench: bench.signal(signal.SIGSTOP), lambda bench: bench.signal(signal.SIGCONT)),
-    "cut": (lambda bench: bench.line.cut(), lambda bench: None),
+    "cut": (lambda bench: bench.link.cut(), lambda bench: None),
 }
 
 
@@ -60,7 +62,7 @@ def repeat(name, times, folder):
     bench, log = Bench(), Log(folder / "log.csv")
     log.file.unlink(missing_ok=True)
     bare = subprocess.Popen(["/usr/bin/python3", HERE / "bare_loop.py"], stdout=subprocess.PIPE, text=True)
-    master = operate(bench.line.address, "--log", log.file, "--report", folder / "report.json")
+    master = operate(bench.link.address, "--log", log.file, "--report", folder / "report.json")
     delays, costs = [], []
     try:
         for _ in range(times):

@@ -1,7 +1,7 @@
-// From a real microscope image to a force: the chorion's contour becomes a boundary element
-// model, the pipette its contact. The images (../shared, not ours to pass on) have no scale and
-// no force; the chorion's diameter of 1.2 mm (literature: 1.1 to 1.3 mm) gives the scale, so what
-// is tested is that the image's model is the one of its shape.
+// Tests the path from a real microscope image to a force: the chorion's contour gives a boundary
+// element model, and the pipette its contact. The images (../shared, not redistributable) have no
+// scale and no known force. The scale comes from the chorion's diameter of 1.2 mm (literature: 1.1
+// to 1.3 mm). The test therefore checks only that the model has the shape in the image.
 #include <cmath>
 #include <filesystem>
 #include <fstream>
@@ -26,7 +26,7 @@ const fs::path kImage =
 const fs::path kOut = BinaryPath("/test-output/zebrafish");
 constexpr double kRadius = 0.6e-3;         // of the chorion [m], assumed
 constexpr double kRadius_px = 150;         // in this image, read by a person to some 10 px
-constexpr double kHeld = -45, kHalf = 30;  // where the dish holds it: centre and half angle [deg]
+constexpr double kHeld = -45, kHalf = 30;  // arc held by the dish: centre and half angle [deg]
 
 class EmbryoModelTest : public testing::Test {
  protected:
@@ -66,9 +66,10 @@ class EmbryoModelTest : public testing::Test {
   cv::Mat image_;
 };
 
-// Reference: the same model of a perfect disc of the radius a person read, held on the same arc,
-// pressed at the same angle. Tolerance 15 %: the reading is good to 10 px of 150, and stiffness
-// goes with shape, not with size, in 2D; the rest is the chorion's departure from a circle.
+// Reference: the same model of a perfect disc whose radius a person measured, held on the same arc
+// and pressed at the same angle. Tolerance 15 %: the measured radius is accurate to 10 px of 150;
+// in 2D the stiffness depends on the shape, not on the size. The remaining difference comes from
+// the chorion, which is not a perfect circle.
 TEST_F(EmbryoModelTest, TheImagesModelIsAsStiffAsADiscOfItsSize) {
   const Scene scene = LoadScene(kOut / "embryo.yaml");
   Estimator estimator(scene, {image_, 1, {}}, std::nullopt);

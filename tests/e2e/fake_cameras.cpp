@@ -1,5 +1,5 @@
-// Takes the place of palpate-cameras.so beside the slave: a camera whose images come by TCP.
-// PALPATE_FAKE_CAMERA states port and size: `PORT WIDTH HEIGHT`, rows of 8 bit grey.
+// Replaces palpate-cameras.so in the slave's folder by a camera whose images come over TCP.
+// PALPATE_FAKE_CAMERA gives port and size as `PORT WIDTH HEIGHT`. Images are rows of 8-bit grey.
 #include <cstdio>
 #include <cstdlib>
 #include <memory>

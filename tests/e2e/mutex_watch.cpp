@@ -1,7 +1,7 @@
-// Preloaded into a program: lists the mutexes that its real-time threads lock and that do not
-// inherit priority. One line per caller in the program's own code, its offset in hexadecimal, in
-// the file MUTEX_WATCH-PROGRAM-PID. A thread is real-time if it runs or asked to run under
-// SCHED_FIFO.
+// This library is preloaded into a program. It lists mutexes without priority inheritance that
+// real-time threads lock. It writes one line per caller in the program's own code (its offset in
+// hexadecimal) to the file MUTEX_WATCH-PROGRAM-PID. A thread is real-time if it runs under
+// SCHED_FIFO or requested it.
 #include <array>
 #include <atomic>
 #include <cerrno>

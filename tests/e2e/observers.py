@@ -1,4 +1,4 @@
-"""A NATS server and observers of its subjects, for tests and figures."""
+"""A NATS server and observers that subscribe to it, for tests and benchmarks."""
 import json
 import multiprocessing
 import os
@@ -15,18 +15,18 @@ from programs import MASTER, PATIENCE, ROOT, free_port, wait_until
 
 NATS = shutil.which("nats-server", path="/usr/sbin:/usr/bin:/usr/local/bin")
 CONFIGURATION = ROOT / "deploy/nats-server.conf"
-NICE = ["nice", "-n", "5"]  # server and observers are elsewhere
+NICE = ["nice", "-n", "5"]  # in real use server and observers run on other machines
 
 
 def require_server():
-    """Ends the test as skipped where there is no server."""
+    """Skips the test if `nats-server` is not installed."""
     if not NATS:
         print("skipped: there is no nats-server (deploy/install.sh tests)")
         sys.exit(77)
 
 
 class Server:
-    """`nats-server` with the shipped configuration on a free port; `words`: instead of it."""
+    """`nats-server` on a free port with the shipped configuration, or with the arguments `words`."""
 
     def __init__(self, *words):
         self.port, self.words = free_port(), words or ("-c", CONFIGURATION)
@@ -64,7 +64,7 @@ class Server:
 
 
 def connect(port, *subjects, name="observer"):
-    """A client of the NATS protocol that has subscribed."""
+    """Returns the socket of a NATS client that has subscribed to `subjects`."""
     line = socket.create_connection(("127.0.0.1", port), timeout=PATIENCE)
     if not line.recv(1 << 16).startswith(b"INFO "):
         raise ConnectionError("the NATS server closed the connection")
@@ -74,7 +74,7 @@ def connect(port, *subjects, name="observer"):
 
 
 def next_message(line, words=b""):
-    """(subject, payload) of the next message that a connection reads."""
+    """Returns (subject, payload) of the next message on a connection."""
     while True:
         head, end, rest = words.partition(b"\r\n")
         if not end:
@@ -88,7 +88,7 @@ def next_message(line, words=b""):
 
 
 def observe(port, subject, counts):
-    """Keeps a connection for each of `counts` and counts its messages; connects again after an end."""
+    """Keeps one connection per entry of `counts` and counts its messages there. Reconnects when one is closed."""
     ready, head = selectors.DefaultSelector(), b"MSG " + subject.encode() + b" "
     missing = set(range(len(counts)))
     while True:
@@ -115,11 +115,11 @@ def observe(port, subject, counts):
                 ready.unregister(key.fileobj)
                 key.fileobj.close()
                 missing.add(key.data)
-        time.sleep(0.02)  # several messages at a time
+        time.sleep(0.02)  # so that several messages are read at a time
 
 
 class Crowd:
-    """Observers of one subject, in a process of their own."""
+    """Observers of one subject, in a separate process."""
 
     def __init__(self, server, subject, number):
         self.counts = multiprocessing.Array("Q", number, lock=False)
@@ -130,7 +130,7 @@ class Crowd:
         observe(port, subject, self.counts)
 
     def all_read(self):
-        """Waits until each has read something more. Seconds that it took."""
+        """Waits until each observer has read another message. Returns the time that it took [s]."""
         begun, before = time.monotonic(), list(self.counts)
         if not wait_until(lambda: all(now > then for now, then in zip(self.counts, before))):
             raise AssertionError(f"{sum(now == then for now, then in zip(self.counts, before))} observers read nothing")
@@ -146,7 +146,7 @@ class Crowd:
 
 
 class Watch:
-    """`palpate-master watch --json`, whose lines and news are files."""
+    """`palpate-master watch --json`, with its output and its messages in files."""
 
     def __init__(self, server, folder, name="watch", *words):
         self.command = [MASTER, "watch", server.url, "--json", *words]
@@ -162,10 +162,10 @@ class Watch:
         self.process.wait()
 
     def seen(self):
-        """All lines so far."""
+        """Returns all lines so far."""
         text = self.lines.read_text()
         return [json.loads(line) for line in text[:text.rfind("\n") + 1].splitlines()]
 
     def newest(self):
-        """The newest line of each slave."""
+        """Returns the newest line of each slave."""
         return {line["slave"]: line for line in self.seen()}

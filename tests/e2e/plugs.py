@@ -1,4 +1,5 @@
-"""A laboratory's own camera and arm: a simulated site played by one process, an arm driven by another."""
+"""A slave with an external camera and arm: one process simulates the object and its camera, another one drives the
+arm."""
 import re
 import signal
 import subprocess
@@ -22,7 +23,7 @@ HOME = "0.044,0.09416,0"
 
 
 class Plugged(FolderTest):
-    """A slave of the block whose camera and arm are to be plugged in."""
+    """A slave of the block that waits for an external camera and arm."""
 
     def setUp(self):
         super().setUp()

@@ -1,4 +1,4 @@
-"""The built programs, started and stopped as a person or a supervisor would."""
+"""Starts and stops the built programs as a person or a supervisor would."""
 import csv
 import json
 import math
@@ -22,7 +22,7 @@ OUT = pathlib.Path(os.environ.get("PALPATE_TEST_OUTPUT", ROOT / "build/release/t
 SLAVE, MASTER, SIMULATOR = (str(BIN / f"palpate-{name}") for name in ("slave", "master", "simulator"))
 PACKAGE = BIN.resolve().parent / "python"  # the Python package palpate
 BLOCK = str(ROOT / "deploy/scenes/silicone-block.yaml")
-# Neither display nor terminal: what a headless machine has.
+# The environment of a headless machine, without display and terminal.
 BARE = {"PATH": "/usr/bin:/bin", "LC_ALL": "C"}
 IS_DEEP = "PALPATE_QUICK" not in os.environ
 # [s] before a program counts as hung: ten times what it needs, because test machines stall, and instrumented programs are slow
@@ -30,7 +30,7 @@ PATIENCE = int(os.environ.get("PALPATE_PATIENCE", 300))
 
 
 def deep(test):
-    """By hand and with `tests/run.sh --full`; what every change must pass does without."""
+    """Marks a test that runs by hand and with `tests/run.sh --full` only."""
     return test if IS_DEEP else None
 
 
@@ -39,13 +39,14 @@ def overrides(*settings):
 
 
 def run(*command, **options):
-    """Runs to the end; stdin closed, output captured as text."""
+    """Runs a program to its end with closed stdin, and captures its output as text."""
     return subprocess.run([str(c) for c in command], stdin=subprocess.DEVNULL, capture_output=True, text=True,
                           timeout=options.pop("timeout", PATIENCE), env=options.pop("env", BARE), **options)
 
 
 class Simulator:
-    """`palpate-simulator` of the scene and overrides of a slave's command line, and in the same network."""
+    """Starts `palpate-simulator` with the scene and the overrides of a slave's command line, in the same network
+    namespace."""
 
     def __init__(self, command, address, *arguments):
         serve = command.index("serve")
@@ -56,7 +57,7 @@ class Simulator:
         line = self.process.stdout.readline()
         self.streams = line == f"streaming to {address}\n"
         if self.streams:
-            # Unread, its log would fill the pipe one day.
+            # The log is read, because a full pipe would block the simulator.
             self.reader = threading.Thread(target=self.process.stderr.read, daemon=True)
             self.reader.start()
             return
@@ -99,7 +100,7 @@ class Slave:
         return self
 
     def stop(self, with_signal=signal.SIGTERM):
-        """Exit code after the signal."""
+        """Sends the signal and returns the exit code."""
         self.process.send_signal(with_signal)
         try:
             _, self.log = self.process.communicate(timeout=PATIENCE)
@@ -129,7 +130,7 @@ def wait_until(condition, patience=PATIENCE):
 
 
 def operate(address, *arguments, stdout=subprocess.DEVNULL):
-    """`palpate-master connect` in the background."""
+    """Starts `palpate-master connect` in the background."""
     return subprocess.Popen([str(word) for word in (MASTER, "connect", address, *arguments)], stdin=subprocess.DEVNULL, stdout=stdout,
                             stderr=subprocess.DEVNULL, env=BARE)
 
@@ -141,7 +142,7 @@ def free_port():
 
 
 def png(width, height, bits, rows):
-    """A grey image of 8 or 16 bits; `rows`: the bytes of each row."""
+    """Returns a grey PNG of 8 or 16 bits. `rows` are the bytes of each row."""
     def chunk(name, data):
         return struct.pack(">I", len(data)) + name + data + struct.pack(">I", zlib.crc32(name + data))
     return (b"\x89PNG\r\n\x1a\n" + chunk(b"IHDR", struct.pack(">IIBBBBB", width, height, bits, 0, 0, 0, 0)) +
@@ -149,25 +150,25 @@ def png(width, height, bits, rows):
 
 
 def make_certificates(folder, *roles):
-    """A folder of certificates for each of `roles`; those of the simulator are among them."""
+    """Makes a folder of certificates for each of `roles`, and those of the simulator."""
     for words in (["ca"], ["slave", "here", "127.0.0.1"], ["sensor", "site"], ["arm", "site"], *([role, "ada"] for role in roles)):
         own = [] if words == ["ca"] else [folder / words[0]]
         run(ROOT / "deploy/certs", words[0], folder / "ca", *own, *words[1:]).check_returncode()
 
 
 def cpu_seconds(pid):
-    """Of all threads so far (proc(5))."""
+    """Returns the CPU time of all threads so far [s] (proc(5))."""
     fields = pathlib.Path(f"/proc/{pid}/stat").read_text().rsplit(")", 1)[1].split()
     return (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK")
 
 
 def memory(pid, which="VmRSS"):
-    """Resident [MB]; VmHWM: the largest so far."""
+    """Returns the resident memory [MB]; with VmHWM the largest so far."""
     return int(re.search(rf"^{which}:\s+(\d+)", pathlib.Path(f"/proc/{pid}/status").read_text(), re.MULTILINE)[1]) * 1024e-6
 
 
 def load_package():
-    """(palpate, messages, states); skips the test where Python has no gRPC or NumPy."""
+    """Returns (palpate, messages, states). Skips the test if Python has no gRPC or NumPy."""
     sys.path.insert(0, str(PACKAGE))
     try:
         import palpate
@@ -178,7 +179,7 @@ def load_package():
 
 
 def read_json(path):
-    """A report, in which no number may be missing."""
+    """Reads a report and requires that no number is missing."""
     def refuse(name):
         raise AssertionError(f"{name} in {path}")
     return json.loads(pathlib.Path(path).read_text(), parse_constant=refuse)
@@ -190,7 +191,7 @@ def read_rows(path):
 
 
 class FolderTest(unittest.TestCase):
-    """`self.out` is a folder of the test's own."""
+    """Base class whose `self.out` is a temporary folder of the test."""
 
     def setUp(self):
         folder = tempfile.TemporaryDirectory()
@@ -198,14 +199,14 @@ class FolderTest(unittest.TestCase):
         self.out = pathlib.Path(folder.name)
 
     def client(self, address):
-        """Calls of a slave; the protocol is `self.messages` and `self.states`."""
+        """Returns the stub of a slave. Its messages are in `self.messages` and `self.states`."""
         palpate, self.messages, self.states = load_package()
         connection = palpate.connect(address)
         self.addCleanup(connection.close)
         return connection.stub
 
     def assert_finite(self, log):
-        """Every number that a master logged."""
+        """Requires that every number in a master's log is finite."""
         for row in read_rows(log):
             for key, text in row.items():
                 if key not in ("state", "reason") and text:

@@ -1,15 +1,18 @@
 #!/usr/bin/env python3
-"""Replays the round trips of real telerobots (../shared/data/teleop_round_trips) between slave and master, one row per link.
+"""Replays the round trips of real telerobots (../shared/data/teleop_round_trips) between slave and master, with one row
+per link.
 
-  recorded_links.py [--seconds 60] [--parts 2] [--only WORDS]
+  recorded_links.py [--seconds 60] [--parts 2] [--only TEXT]
 
 The simulated operator presses the block every 4 s, once with the local contact model and once with the newest received
 force. Columns: rendered force minus true force at the same commanded position while FOLLOWING, in percent of the press'
-largest force, rms and largest; share of the engaged time in HOLD; contacts of the tool of which no force reached the
-operator, of those in as many cycles of the operator; energy that the operator got beyond what was put in.
-The true force at a position is that of the simulated object in a slow press (`process`), so that neither the delay nor the
-lag of the tool behind its commands counts.
-Exit code 1: energy was created, or the error with the local model exceeds 1 %; 77: no recordings, or no network namespaces.
+largest force, rms and largest; share of the engaged time in HOLD; contacts without any force on the operator, of all
+contacts of the tool, beside the number of press cycles; energy that the operator received beyond the energy put in.
+
+The true force at a position is that of the simulated object in a slow press (`process`), so that neither the delay nor
+the lag of the tool behind its commands counts.
+Exit code 1: energy was created, or the error with the local model exceeds 1 %; 77: no recordings, or no network
+namespaces.
 """
 import argparse
 import bisect
@@ -19,16 +22,18 @@ import sys
 import tempfile
 from math import dist, hypot, sqrt
 
-from bad_line import BadLine, permitted, recorded_delay
-from impairment import NOISE_ENERGY, session
+from impaired_link import ImpairedLink, can_impair_links, recorded_delay
+from impairment import MIN_NOISE_ENERGY, run_session
 from programs import BLOCK, ROOT, SLAVE, run
 
 DATA = ROOT.parent / "shared/data/teleop_round_trips"
 LINKS = {"local": None, "building Wi-Fi": "wifi_building", "repeater": "wifi_repeater", "4G": "mobile_4g"}
 RENDERS = {"local": "patch model", "hold": "newest force"}
-MAX_ERROR = 0.01  # of the peak, rms
-PRESS_FORCE, CYCLE = 2.4, 4  # of the simulated operator on the block: largest force [N], period of its presses [s]
-TOUCH, APART, WAIT = 0.05, 300, 0.3  # of the peak; ticks between two contacts; round trip that `connect` waits for [s]
+MAX_ERROR = 0.01  # rms error, relative to the peak force
+PRESS_FORCE, CYCLE = 2.4, 4  # largest force [N] and period of the presses [s] of the simulated operator on the block
+MIN_CONTACT_FORCE = 0.05  # relative to the peak force
+MIN_TICKS_APART = 300  # between two contacts
+ASSUMED_ROUND_TRIP = 0.3  # [s] determines how long `connect` waits
 
 
 def size(row, name):
@@ -36,15 +41,15 @@ def size(row, name):
 
 
 def contacts(rows, peak):
-    """(contacts of the tool, those of which no force reached the operator)."""
-    touched = [k for k, row in enumerate(rows) if size(row, "true") > TOUCH * peak]
-    begins = [k for last, k in zip([-APART, *touched], touched) if k - last >= APART]
+    """Returns the number of contacts of the tool, and the number of those that rendered no force to the operator."""
+    touched = [k for k, row in enumerate(rows) if size(row, "true") > MIN_CONTACT_FORCE * peak]
+    begins = [k for last, k in zip([-MIN_TICKS_APART, *touched], touched) if k - last >= MIN_TICKS_APART]
     spans = list(zip(begins, [*begins[1:], len(rows)]))
-    return len(spans), sum(all(size(row, "sent") < TOUCH * peak for row in rows[a:b]) for a, b in spans)
+    return len(spans), sum(all(size(row, "sent") < MIN_CONTACT_FORCE * peak for row in rows[a:b]) for a, b in spans)
 
 
 class Truth:
-    """Force of the simulated block over the height of the tip, from a press of 8.4 mm."""
+    """Force of the simulated block as a function of the height of the tip, from a press of 8.4 mm."""
 
     def __init__(self):
         with tempfile.TemporaryDirectory() as folder:
@@ -61,7 +66,7 @@ class Truth:
 
 
 class Sum:
-    """What the sessions over one link with one rendering add up to."""
+    """Totals of the sessions over one link with one rendering."""
 
     def __init__(self, truth):
         self.truth, self.squares, self.ticks, self.most = truth, 0.0, 0, 0.0
@@ -95,7 +100,7 @@ def main():
     parser.add_argument("--parts", type=int, default=2, help="sessions per row, from as many places of the recording")
     parser.add_argument("--only", default="")
     options = parser.parse_args()
-    if not DATA.exists() or not permitted():
+    if not DATA.exists() or not can_impair_links():
         print("skipped: no ../shared/data/teleop_round_trips, or no network namespaces and TUN device")
         return 77
     holds, truth = True, Truth()
@@ -109,13 +114,13 @@ def main():
             for part in range(options.parts):
                 delay = recorded_delay(DATA / f"{file}.csv", part / options.parts) if file else None
                 with tempfile.TemporaryDirectory() as folder:
-                    report, rows = session(BadLine(delay=delay), "stiff", render, options.seconds, WAIT, pathlib.Path(folder), True)
+                    report, rows = run_session(ImpairedLink(delay=delay), "stiff", render, options.seconds, ASSUMED_ROUND_TRIP, pathlib.Path(folder), True)
                 if report is None:
                     raise RuntimeError(f"{link}: no session")
                 total.add(report, rows)
             print(f"| {link} | {name} | {100 * total.error():.2f} %, {100 * total.most:.2f} % | "
                   f"{100 * total.hold_share():.1f} % | {total.missed} of {total.contacts}, {options.parts * options.seconds / CYCLE:.0f} cycles | {-1e3 * total.energy:.2f} mJ |", flush=True)
-            holds = holds and total.energy >= NOISE_ENERGY and (render != "local" or total.error() <= MAX_ERROR)
+            holds = holds and total.energy >= MIN_NOISE_ENERGY and (render != "local" or total.error() <= MAX_ERROR)
     return 0 if holds else 1
 
 

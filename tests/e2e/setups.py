@@ -1,4 +1,4 @@
-"""A slave that is set up by calls: its live camera, and proposals of the block that the images show."""
+"""A slave that is set up by gRPC calls: its live camera, and proposed scenes for the block in the images."""
 import itertools
 import pathlib
 import re
@@ -14,20 +14,20 @@ import zlib
 from programs import BARE, BIN, BLOCK, PATIENCE, SLAVE, png, run
 
 WIDTH, HEIGHT = 640, 480
-# Of the first image, by the scene's numbers: 0.35 mm per pixel; the tip is 40.16 mm above the middle of the image.
+# Tip in the first image [px], from the scene: 0.35 mm per pixel, and the tip is 40.16 mm above the image's centre.
 TIP = (319.5, 239.5 - 40.16 / 0.35)
 BOX = (305, 80, 335, 124)  # left, top, right, bottom of the tip's template [px]
 
 
 def first_image(folder):
-    """The block before the press, as rows of bytes."""
+    """Returns the image of the block before the press, as rows of bytes."""
     run(SLAVE, "process", BLOCK, "--out", folder, "--frames", "--override", "operator.press.depth=2 mm",
         "--override", "sense.camera.rate=30 Hz", timeout=10 * PATIENCE).check_returncode()
     return decoded(sorted((folder / "frames").glob("*.png"))[0].read_bytes())
 
 
 def decoded(data):
-    """The rows of a grey PNG of 8 bits."""
+    """Returns the rows of an 8-bit grey PNG."""
     packed, at = b"", 8
     while at < len(data):
         size, name = int.from_bytes(data[at:at + 4], "big"), data[at + 4:at + 8]
@@ -47,7 +47,8 @@ def decoded(data):
 
 
 class LiveCamera:
-    """The fake camera's images: the same one at 30 Hz, with a bit of noise. `running` cleared: it gives none."""
+    """Serves the fake camera's images: one image at 30 Hz whose lowest bit toggles. While `running` is cleared it sends
+    none."""
 
     def __init__(self, rows):
         flat = b"".join(rows)
@@ -55,14 +56,14 @@ class LiveCamera:
         self.running = threading.Event()
         self.running.set()
         self.ended = False
-        self.door = socket.create_server(("127.0.0.1", 0))
-        self.setting = f"{self.door.getsockname()[1]} {WIDTH} {HEIGHT}"
+        self.listener = socket.create_server(("127.0.0.1", 0))
+        self.setting = f"{self.listener.getsockname()[1]} {WIDTH} {HEIGHT}"
         threading.Thread(target=self.show, daemon=True).start()
 
     def show(self):
         while not self.ended:
             try:
-                reader = self.door.accept()[0]
+                reader = self.listener.accept()[0]
                 with reader:
                     for image in itertools.cycle(self.images):
                         while not self.running.wait(0.1):
@@ -74,7 +75,7 @@ class LiveCamera:
 
     def close(self):
         self.ended = True
-        self.door.close()
+        self.listener.close()
 
 
 def proposal(messages, camera_lines, rows, modulus="127 kPa", manipulator="none", model="{kind: bem2d, plane: stress, elements: 60}",
@@ -92,8 +93,8 @@ def proposal(messages, camera_lines, rows, modulus="127 kPa", manipulator="none"
 
 
 class SetupSlave:
-    """`palpate-slave serve --setup` with the fake camera, in a `with` block. Its files may be limited in size, as on a disk that is
-    full."""
+    """`palpate-slave serve --setup` with the fake camera, in a `with` block. `limit_files` limits the size of its
+    files, as a full disk does."""
 
     def __init__(self, folder, camera, beside, *arguments):
         beside.mkdir(exist_ok=True)
@@ -104,7 +105,7 @@ class SetupSlave:
         self.environment = {**BARE, "PALPATE_FAKE_CAMERA": camera.setting, "HOME": str(beside)}
 
     def __enter__(self):
-        # A write beyond a limit is to fail, not to end the program.
+        # Ignoring SIGXFSZ makes a write beyond the limit fail instead of ending the program.
         self.process = subprocess.Popen(self.command, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.PIPE,
                                         text=True, env=self.environment, restore_signals=False,
                                         preexec_fn=lambda: signal.signal(signal.SIGXFSZ, signal.SIG_IGN))
@@ -136,7 +137,7 @@ class SetupSlave:
 
 
 def saved_modulus(folder):
-    """Of the scene that is saved as the present one; None: there is none."""
+    """Returns Young's modulus of the saved scene [kPa]; None: no scene is saved."""
     file = pathlib.Path(folder) / "scene.yaml"
     match = re.search(r"young_modulus: (\S+) kPa", file.read_text()) if file.exists() else None
     return float(match[1]) if match else None

@@ -1,6 +1,7 @@
-// Plays a simulated site to a slave that takes it for a real one: what it shows goes without loss
-// through FeedImages or FeedTactile, or to whoever connects as a stream of raw images; the tool
-// in it is where an arm's driver says by UDP, whom it answers with the force.
+// Simulates a site for a slave that cannot tell it from a real one. The images or tactile samples
+// go without loss through FeedImages or FeedTactile, or to any client that connects as a stream of
+// raw images. An arm's driver sends the position of the simulated tool by UDP and receives the
+// force in return.
 //   site_player SCENE HOST:PORT [HOW]  feeds that slave; on SIGUSR1 its driver goes wrong, as HOW:
 //     queue (a dozen images wait in it and are stamped when they leave), zoom (by
 //     a tenth), exchange (left and right), right-late (by a pair)
@@ -54,7 +55,7 @@ int SocketHere(int type, const char* what) {
   return made;
 }
 
-// What is to be seen, one after the other: of a pair both, the right one after the left.
+// The images in sequence; of a camera pair, the left image and then the right one.
 class Images {
  public:
   Images(SimulatedEnvironment& environment, const Scene& scene)
@@ -80,8 +81,8 @@ class Images {
   std::unique_ptr<StereoSource> pair_;
 };
 
-// To one reader after the other. What a reader does not take at once is left out, so that none
-// waits in a queue and grows old.
+// Serves one reader at a time. Images that a reader does not take at once are dropped, so that no
+// old image waits in a queue.
 void Serve(Images images, bool is_y4m) {
   const int door = SocketHere(SOCK_STREAM, "images");
   for (;;) {
@@ -122,7 +123,7 @@ int Finish(grpc::ClientWriter<Sample>* writer) {
 
 volatile std::sig_atomic_t g_is_wrong = 0;
 
-// A camera's driver that goes wrong in silence.
+// A camera driver with a fault that it does not report.
 class WrongDriver {
  public:
   explicit WrongDriver(std::string how) : how_(std::move(how)) {}

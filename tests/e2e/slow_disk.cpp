@@ -1,5 +1,5 @@
-// Preloaded into a program: its disk takes 0.1 s to write or to remove a file for good, or
-// SLOW_DISK_MS [ms].
+// This library is preloaded into a program. It delays each permanent write or removal of a file by
+// 0.1 s, or by SLOW_DISK_MS [ms].
 #include <cstdio>
 #include <cstdlib>
 

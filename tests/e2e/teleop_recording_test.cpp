@@ -1,6 +1,6 @@
-// A real hand, recorded at 2 kHz on a one-degree-of-freedom master and slave, drives the haptic
-// loop as a recorded device; the torque measured at the real slave, seen at 60 Hz only, is what the
-// rendering modes are fed. Known truth: the same torque at 2 kHz. On a virtual clock.
+// Drives the haptic loop with an operator's recorded motion (2 kHz, a master and a slave with one
+// degree of freedom). The rendering modes get the torque that was measured at the real slave,
+// sampled at 60 Hz. The true value is the same torque at 2 kHz. The clock is virtual.
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -80,8 +80,8 @@ fs::path WritePlayback(const Recording& recording, const std::string& name) {
   return file;
 }
 
-// What the slave sends of the object: the law of force over place that it learns from its
-// estimates, as a patch, for each image.
+// Simulates the patch that the slave sends for each image: the relation of force and position that
+// it learns from its estimates.
 class LearntContact {
  public:
   void AddSample(double x, double force, Time now) {
@@ -94,7 +94,7 @@ class LearntContact {
     law.sensed_at = now;
     patch_.law = law;
   }
-  // Null: nothing is known yet.
+  // Null: the patch is not known yet.
   [[nodiscard]] const ReceivedPatch* patch() const { return epoch_ > 0 ? &patch_ : nullptr; }
 
  private:
@@ -103,7 +103,7 @@ class LearntContact {
   ReceivedPatch patch_;
 };
 
-// What one image made the slave send, and when it comes.
+// The state that the slave sends after one image, and its arrival time.
 struct Sent {
   double arrives = 0;  // [s]
   SlaveState state;
@@ -115,8 +115,8 @@ struct Rendering {
   double rms = 0, max = 0;
 };
 
-// Runs the recording through the loop. The force of the object on the tool is negative along x;
-// what is kept is its size into the object, as in the recording.
+// Runs the recording through the loop. The force of the object on the tool is negative along x; its
+// magnitude is kept, as in the recording.
 Rendering Render(const Recording& recording, const fs::path& playback, RenderMode mode,
                  double round_trip = 0) {
   LatestValue<ReceivedState> states;
@@ -207,20 +207,21 @@ class TeleopRecordingTest : public testing::TestWithParam<const char*> {
 
 using AnyContactTest = TeleopRecordingTest;
 
-// Reference: what hold and delayed interpolation are. The hold is the last image's force, so its
-// error is what the truth changed since, tick by tick; the interpolation lies between the forces of
-// the two images before.
+// Reference: the definitions of hold and delayed interpolation. Hold renders the force of the last
+// image, so its error is the change of the true force since that image. Interpolation renders a
+// force between those of the two images before.
 TEST_P(AnyContactTest, HoldShowsTheLastImageAndInterpolationLiesBetweenTwo) {
   const Rendering& hold = all_.at(RenderMode::kHold);
   const Rendering& linear = all_.at(RenderMode::kInterpolate);
   ASSERT_GT(hold.t.size(), 4000U);
   for (std::size_t i = 0; i < hold.t.size(); ++i) {
-    const auto image = [&](double back) {  // force at the tick that took that image
+    const auto image = [&](double back) {  // force at the tick that received that image
       const double number = std::floor(hold.t[i] * 60 + 1e-9) - back;
       return recording_.ForceAt(std::ceil(number * kImagePeriod * 1000 - 1e-9) / 1000);
     };
     ASSERT_NEAR(hold.shown[i], image(0), 1e-9) << "at " << hold.t[i];
-    // The clock's milliseconds make images 16 or 17 ms apart, so the delay reaches one back more.
+    // With a clock of 1 ms resolution images are 16 or 17 ms apart, so the delay may include one
+    // more image.
     const auto [low, high] = std::minmax({image(0), image(1), image(2)});
     ASSERT_GE(linear.shown[i], low - 1e-9) << "at " << hold.t[i];
     ASSERT_LE(linear.shown[i], high + 1e-9) << "at " << hold.t[i];
@@ -233,9 +234,9 @@ INSTANTIATE_TEST_SUITE_P(Recordings, AnyContactTest,
 using SoftContactTest = TeleopRecordingTest;
 
 // Reference: on a ramp the error of hold is T / sqrt 3 and that of delayed interpolation T: the
-// factor is sqrt 3 = 1.73. An operator on a soft object is slow compared with 60 Hz; noise and the
-// first touch reduce the factor by up to a tenth. The local model follows the device's own motion
-// at once, and lags only in what it learns.
+// factor is sqrt 3 = 1.73. An operator on a soft object moves slowly compared with 60 Hz; noise and
+// the first contact reduce the factor by up to a tenth. The local model follows the device's own
+// motion without delay; only its learnt parameters lag.
 TEST_P(SoftContactTest, TheLocalModelBeatsTheHoldWhichBeatsInterpolation) {
   const double ratio = Rms(RenderMode::kInterpolate) / Rms(RenderMode::kHold);
   EXPECT_NEAR(ratio, std::sqrt(3.0), 0.18);
@@ -252,9 +253,9 @@ INSTANTIATE_TEST_SUITE_P(Recordings, SoftContactTest, testing::Values("foam2", "
 
 using RigidContactTest = TeleopRecordingTest;
 
-// An impact is over within an image, so every mode is wrong by most of its peak for a moment: that
-// is what 60 Hz cannot see. No order is claimed; nothing may be larger than a spring as stiff as
-// can be learnt gives at the hand's depth.
+// An impact ends within one image interval, so every mode is wrong by most of its peak for a
+// moment: 60 Hz cannot resolve it. No order of the modes is required. No force may be larger than
+// that of the stiffest spring that can be learnt, at the device's depth.
 TEST_P(RigidContactTest, AnImpactIsMissedButNothingGoesWild) {
   const double peak = *std::max_element(recording_.force.begin(), recording_.force.end());
   EXPECT_GT(all_.at(RenderMode::kHold).max, peak / 2);

@@ -1,4 +1,5 @@
-"""A tactile sensor of four taxels and its network, trained by `palpate.train --unit`: what its driver and its baseline can do wrong."""
+"""A tactile sensor of four taxels, with a network trained by `palpate.train --unit`: faults of its driver and its
+baseline are flagged."""
 import csv
 import json
 import math
@@ -33,7 +34,7 @@ model: {{kind: fem}}
 
 
 def truth(presses, peaks):
-    """Forces [N] on the pad: rest, then presses with pauses."""
+    """Returns the forces [N] on the pad: rest, then presses with pauses."""
     wave = np.sin(np.pi * np.arange(round(PRESS * RATE)) / (PRESS * RATE))**2
     parts = [np.zeros(round(REST * RATE))]
     for peak in np.broadcast_to(peaks, presses):
@@ -42,7 +43,7 @@ def truth(presses, peaks):
 
 
 def readings(force, seed, drift=0.0):
-    """n x 4 [kPa]: every taxel rises by 1 kPa per newton; `drift` [kPa/s] of all."""
+    """Returns n x 4 pressures [kPa]: every taxel rises by 1 kPa per newton and drifts by `drift` [kPa/s]."""
     random = np.random.default_rng(seed)
     level = LEVELS + random.normal(0, 0.03, 4)
     time_s = np.arange(len(force))[:, None] / RATE
@@ -121,7 +122,7 @@ class ChannelsTest(unittest.TestCase):
         cls.network = train(cls.folder, "network")
 
     def processed(self, values, network=None):
-        """Rows of states.csv."""
+        """Runs `process` and returns the rows of states.csv."""
         write(self.folder / "recording.csv", values)
         scene = self.folder / "recorded.yaml"
         scene.write_text(SCENE.format(source="recording.csv", network=network or self.network))
@@ -132,7 +133,7 @@ class ChannelsTest(unittest.TestCase):
 
     @staticmethod
     def judged(rows, force):
-        """Shares of the valid samples, and the number of these that are wrong by more than three sigma."""
+        """Returns the share of valid samples, and how many of these have an error of more than three sigma."""
         valid = [row for row in rows if row["validity"] == "valid"]
         wrong = 0
         for row in valid:
@@ -152,11 +153,11 @@ class ChannelsTest(unittest.TestCase):
                 values, force = faulty(fault)
                 rows = self.processed(values)
                 share, wrong = self.judged(rows, force)
-                # Of 450 samples noise alone takes one beyond three sigma.
+                # By noise alone about one of 450 samples exceeds three sigma.
                 self.assertLessEqual(wrong, 2, f"{share:.0%} valid")
                 self.assertTrue({row["check"] for row in rows} & {"electrode", "frozen", "rest_drift"})
 
-    # A driver that repeats itself is known by the noise at rest alone.
+    # A driver that repeats itself is detected by its missing noise at rest.
     def test_a_frozen_driver_is_flagged_without_a_key(self):
         content = json.loads((self.network / "network.json").read_text())
         del content["longest_constant"]
@@ -213,7 +214,7 @@ class ChannelsTest(unittest.TestCase):
 
 
 class Live:
-    """A slave whose fingertip is fed by FeedTactile."""
+    """A slave whose fingertip gets its samples by FeedTactile."""
 
     def __init__(self, test, network):
         self.palpate, _, _ = load_package()
@@ -229,7 +230,7 @@ class Live:
         self.slave.__exit__(*error)
 
     def feed(self, values):
-        """The states of these samples, fed in real time."""
+        """Feeds the samples in real time and returns the states."""
         states, ready = [], threading.Event()
 
         def watch():

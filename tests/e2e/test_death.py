@@ -1,4 +1,5 @@
-"""When anything dies, stalls or is stopped: what the hand gets, and what must be done to go on."""
+"""Slave, master or link dies, stalls or is stopped: the force on the operator ends, and motion resumes only after the
+required steps."""
 import pathlib
 import signal
 import tempfile
@@ -7,7 +8,7 @@ import unittest
 from programs import BLOCK, PATIENCE, SLAVE, FolderTest, Slave, operate, read_json, wait_until
 from tick_log import TICK, force, whole_rows
 
-# By design the force is gone 80 ms after the last state; what the machine keeps the loop waiting comes on top.
+# By design the force is zero 80 ms after the last state. Time that the machine keeps from the loop is added.
 MAX_DELAY = 0.100  # [s]
 
 
@@ -37,7 +38,7 @@ class Death(FolderTest):
         return read_json(self.out / "report.json")
 
     def again(self, address):
-        """The address of a slave that listens where another did."""
+        """Returns a slave that will listen at the address of a former one."""
         return Slave(command=[SLAVE, "serve", BLOCK, "--listen", address])
 
     def test_a_killed_slave_lets_the_hand_go_and_its_successor_needs_an_engagement(self):
@@ -64,7 +65,7 @@ class Death(FolderTest):
         with Slave(command=[SLAVE, "serve", BLOCK, "--listen", slave.address, "--override", "model.elements=60",
                             "--override", "name=another"]):
             self.assertTrue(wait_until(lambda: "another scene is served" in (self.out / "output").read_text()))
-            # A second without states; the other slave may have started sooner.
+            # At least a second without states is expected, unless the other slave starts sooner.
             self.assertTrue(wait_until(lambda: self.rows()[-1]["state"] == "DISCONNECTED"))
             master.terminate()
             report = self.finish(master)
@@ -106,7 +107,7 @@ class Death(FolderTest):
         with Slave(command=[SLAVE, "serve", BLOCK, "--listen", slave.address, "--state-dir", state]):
             known = len(self.rows())
 
-            def is_back():  # the log comes in pieces: old rows are of the old slave
+            def is_back():  # the log is written in pieces, so its last rows may be of the old slave
                 return any(0 < float(row["age_s"]) < MAX_DELAY for row in self.rows()[known + 1000:])
             self.assertTrue(wait_until(is_back))
             self.assertEqual(self.rows()[-1]["state"], "ESTOP")

@@ -1,23 +1,24 @@
-"""A line with delay: the model of the contact travels, so that at any round trip the hand feels what is right for where
-it is. Both programs as they are built, over a line that makes every byte late."""
+"""Slave and master over a link with delay: because the local contact model is sent, the rendered force is right for the
+commanded position at any round trip."""
 import json
 import os
 import unittest
 
-from delaying_line import DelayingLine
+from delayed_link import DelayedLink
 from programs import BLOCK, MASTER, OUT, Slave, run
 
 TRIPS = [float(trip) for trip in os.environ.get("PALPATE_TRIPS", "0,0.1").split(",")]  # [s]
-PRESS, LIFT, SPEED, HOLD = 5e-3, 6e-3, 20e-3, 0.7  # deep, above the surface [m], [m/s], [s]
+PRESS, LIFT, SPEED, HOLD = 5e-3, 6e-3, 20e-3, 0.7  # depth [m], height above the surface [m], speed [m/s], time [s]
 
 
 def ramp(share):
-    """From 0 to 1, at rest at both ends."""
+    """Returns a ramp from 0 to 1 with zero speed at both ends."""
     return share ** 3 * (10 - 15 * share + 6 * share ** 2)
 
 
 def write_hand(file, trip, presses=2):
-    """A hand that waits until it is aligned, presses straight down, shifts by a few millimetres, presses again."""
+    """Writes a playback of the device: waits for the alignment, presses straight down, moves sideways by a few
+    millimetres, and presses again."""
     rows, t, x, y = [(0.0, 0.0, 0.0)], 3 + 4 * trip, 0.0, 0.0
     rows.append((t, 0.0, 0.0))
 
@@ -41,25 +42,24 @@ def write_hand(file, trip, presses=2):
 
 
 def session(trip, render="local", scene=BLOCK):
-    """The report of a run over a round trip of `trip` [s], and the bytes that came down."""
+    """Runs a session with the round trip `trip` [s]. Returns its report and the number of bytes sent to the master."""
     folder = OUT / "delay"
     folder.mkdir(parents=True, exist_ok=True)
     hand, report = folder / f"hand-{trip}.csv", folder / f"report-{render}-{trip}.json"
     write_hand(hand, trip)
     report.unlink(missing_ok=True)
-    with Slave(scene) as slave, DelayingLine(slave.address, trip / 2) as line:
-        done = run(MASTER, "connect", line.address, "--device", f"playback:{hand}", "--render", render, "--report",
+    with Slave(scene) as slave, DelayedLink(slave.address, trip / 2) as link:
+        done = run(MASTER, "connect", link.address, "--device", f"playback:{hand}", "--render", render, "--report",
                    report, "--log", folder / f"log-{render}-{trip}.csv", "--wait", 10 + 6 * trip,
                    timeout=120 + 30 * trip)
         assert done.returncode == 0, done.stdout + done.stderr
-        return json.loads(report.read_text()), line.bytes_down
+        return json.loads(report.read_text()), link.bytes_down
 
 
 class Delay(unittest.TestCase):
     def test_the_error_at_the_commanded_place_does_not_grow_with_the_delay(self):
-        """Reference: the run without delay, of the same hand. What no model can know (noise of the images, the arm's
-        own lag) is in both; two runs alike differ by 0.1 % of the peak and more in it,
-        which is not the delay's."""
+        """Reference: the same motion without delay. Errors that no model can avoid (image noise, lag of the arm) are in
+        both runs; repeated runs differ by 0.1 % of the peak and more because of them."""
         errors = {}
         for trip in TRIPS:
             report, bytes_down = session(trip)
@@ -72,7 +72,7 @@ class Delay(unittest.TestCase):
                       bytes_down / 1e3, report["seconds_in"]), flush=True)
             self.assertGreaterEqual(report["patch"]["patches"], 1)
             self.assertGreater(compensated["contact_ticks"], 1000)
-            # Model updates against a stream of 1 kHz of states.
+            # Compares the number of model updates with a stream of states at 1 kHz.
             self.assertLess(report["patch"]["laws"], 0.05 * 1000 * report["duration_s"])
             self.assertGreaterEqual(report["energy_min_J"], -1e-3)
         for trip in TRIPS[1:]:

@@ -1,5 +1,5 @@
-"""deploy/demo.sh and palpate-demo in a folder whose name has spaces, quotes and umlauts; the programs are stand-ins that
-take the options of the programs."""
+"""deploy/demo.sh and palpate-demo work in a folder whose name has spaces, quotes and umlauts. The programs are
+stand-ins that accept the options of the real ones."""
 import pathlib
 import re
 import shutil
@@ -36,7 +36,7 @@ INSERTION = r"""#!/bin/bash
 
 
 def stand_in(text, program, *commands):
-    """`text` as a program that refuses the options that `program` does not have."""
+    """Returns `text` as a script that rejects options which `program` does not have."""
     options = {option for command in commands for option in re.findall(r"--[a-z][a-z-]*", run(program, *command, "--help").stdout)}
     return f"""#!/bin/bash
 for word in "$@"; do

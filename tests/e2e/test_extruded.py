@@ -1,4 +1,4 @@
-"""A stick on a cube before one camera: slave, simulator and master together."""
+"""A stick presses a cube in front of one camera: slave, simulator and master together."""
 import math
 import threading
 import unittest
@@ -9,7 +9,8 @@ from test_membrane import collect
 from tick_log import followed, press_until
 
 CUBE = ROOT / "deploy/scenes/gel-cube.yaml"
-# Of the peak, as the scene's model promises: rms, and the largest error of a valid state.
+# Limits relative to the peak, as stated for the scene's model: rms error, largest error of a valid state; and share of
+# valid states.
 RMS, MAX_ERROR, VALID = 0.05, 0.1, 0.8
 
 
@@ -19,7 +20,8 @@ def force(row, prefix):
 
 class Extruded(FolderTest):
     def test_the_states_of_a_press_are_valid_and_right(self):
-        """Each image of a scripted press against the true force of its instant, of bricks that share no code with the model."""
+        """Compares each image of a scripted press with the true force at its time, from brick elements that share no
+        code with the model."""
         done = run(SLAVE, "process", CUBE, "--out", self.out)
         self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
         rows = read_rows(self.out / "states.csv")

@@ -1,4 +1,4 @@
-"""An operator who pinches through fingertips and watches it: slave, master and drivers together."""
+"""An operator pinches through fingertips: slave, master and drivers together."""
 import csv
 import math
 import pathlib
@@ -27,21 +27,21 @@ class Fingertips(FolderTest):
               f"{report['states'] / report['duration_s']:.0f} states/s; fingers {report['fingers']}")
         self.assertEqual(report["force_peak_is"], "true")
         self.assertGreater(error["contact_ticks"], 500)
-        # What shows nothing at all is wrong by less than the peak: no bound on quality, that is printed.
+        # An estimate of zero has an error equal to the peak. The error itself is printed.
         self.assertLess(error["rms_N"], peak)
         self.assertGreater(report["states"] / report["duration_s"], 90, "states are repeated at 100 Hz or more")
         self.assertEqual([finger["name"] for finger in report["fingers"]], ["ff", "th"])
         for finger in report["fingers"]:
             self.assertGreater(finger["contact_share"], 0.05, finger)
             self.assertGreater(finger["force_peak_N"], 0.05, finger)
-        # A deformation is estimated, and stays within twice the depth of the motion.
+        # The estimated deformation is larger than zero and at most twice the depth of the motion.
         self.assertGreater(report["shape"]["deflection_peak_m"], 0.5e-3)
         self.assertLess(report["shape"]["deflection_peak_m"], 20e-3)
         self.assert_finite(self.out / "log.csv")
         self.assertIn("ff", printed, "a person sees the fingers")
 
     def rest_recording(self, seconds):
-        """Both fingers untouched: counts around 3000 with the noise of a count."""
+        """Writes a recording without contact: counts around 3000 with a noise of one count."""
         noise = random.Random(1)
         path = self.out / "rest.csv"
         with open(path, "w", newline="") as out:
@@ -98,10 +98,12 @@ operator: {{force_limit: 3.3 N}}
 
 
 class Nodule(unittest.TestCase):
-    # A nodule of 10 mm, five times as stiff, 5 mm deep. The truth is the simulator's: neo-Hookean hexahedra and a rigid finger.
-    # The force of the states, over the nodule by the one beside it, is within 5 % of the truth.
+    # A nodule of 10 mm, five times as stiff, 5 mm deep. The truth is that of the simulator, which uses neo-Hookean
+    # hexahedra and a rigid finger. The ratio of the estimated forces above and beside the nodule is within 5 % of the
+    # true ratio.
     def held_force(self, folder, x):
-        """Of the first of five presses that was followed to its end: a busy machine may hold the tool, and the motion plays on."""
+        """Returns the force of the first of five presses that was in FOLLOWING to its end: a busy machine may hold the
+        tool while the playback continues."""
         for _ in range(5):
             held = self.held_rows(folder, x)
             if len(held) > 200:
@@ -133,7 +135,8 @@ class Nodule(unittest.TestCase):
         self.assertGreater(true, 1.15)
         self.assertLess(abs(estimated / true - 1), 0.05)
 
-    # Where no contact is solved yet. A busy machine may stop the hand, too, but not at each of three new places.
+    # A contact at a position without a solution yet does not stop the tool. A busy machine may stop it, too, but not at
+    # each of three new positions.
     def test_a_touch_beside_what_is_solved_stops_no_hand(self):
         with tempfile.TemporaryDirectory() as name:
             folder = pathlib.Path(name)
@@ -144,7 +147,7 @@ class Nodule(unittest.TestCase):
                 for beside in (8, -8, 12):  # [mm]
                     with open(motion, "w") as out:
                         out.write("time_s,x,y,z\n")
-                        for i in range(450):  # beside in half a second, then 10 mm down and up again
+                        for i in range(450):  # moves sideways in half a second, then 10 mm down and up again
                             aside = beside * 1e-3 * min(i / 50, 1)
                             part = min(max((i * 0.01 - 1) / 1.5, 0), 1) - min(max((i * 0.01 - 3) / 1.5, 0), 1)
                             out.write(f"{i * 0.01},{aside},0,{-0.01 * part * part * (3 - 2 * part)}\n")

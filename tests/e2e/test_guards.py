@@ -1,4 +1,5 @@
-"""An operator who engages again and again and presses on: how far the guards of the shipped scenes are exceeded.
+"""An operator engages repeatedly and presses deeper each time: measures how far the guards of the shipped scenes are
+exceeded.
 
 Prints for each scene and pattern of strokes the guards, the largest true force and the largest depth. With PALPATE_QUICK only the block.
 """
@@ -16,12 +17,12 @@ from plugs import messages, palpate, states
 from programs import BLOCK, PATIENCE, ROOT, SLAVE, Slave, deep, run, wait_until
 
 SCENES = ["silicone-block", "zebrafish-embryo", "rubber-membrane", "foam-cube", "foam-bar", "foam-sponge"]
-FASTEST = 0.040               # of a stroke at the tool, unless the manipulator is slower [m/s]
-STROKE = 0.1                  # [s]
-PERIOD = 0.002                # between commands [s]
-MAX_RATIO = 1.15                   # of a guard
-NEAR = 0.9                    # of a guard: less shows nothing about it
-ASIDE_FROM = 0.8              # of a guard: where strokes along the surface begin
+MAX_SPEED = 0.040  # largest speed of a stroke at the tool [m/s]; a slower manipulator limits it
+STROKE = 0.1  # duration of a stroke [s]
+PERIOD = 0.002  # between commands [s]
+MAX_RATIO = 1.15  # largest force or depth relative to its guard
+MIN_RATIO = 0.9  # a run that stays below this share of the guard does not test it
+LATERAL_FROM = 0.8  # share of a guard at which strokes along the surface begin
 UNITS = {"N": 1, "mm": 1e-3, "um": 1e-6}
 
 
@@ -38,7 +39,7 @@ def mixed(a, x, b, y):
 
 
 def guards(scene):
-    """Force [N] and depth [m] at which the tool goes no deeper."""
+    """Returns the force [N] and the depth [m] beyond which the slave lets the tool go no deeper."""
     text = (ROOT / f"deploy/scenes/{scene}.yaml").read_text()
     found = [re.search(rf"^  {key}_guard: ([\d.]+) (\w+)", text, re.MULTILINE) for key in ("force", "depth")]
     return [float(match[1]) * UNITS[match[2]] for match in found]
@@ -59,11 +60,11 @@ class Surface:
 
 
 class Operator:
-    """Strokes of a script, and the slave's states meanwhile."""
+    """Sends strokes to a slave and records its states meanwhile."""
 
     def __init__(self, stub):
         self.scale = stub.GetScene(messages.GetSceneRequest(), timeout=PATIENCE).operator.position_scale
-        self.speed = min(FASTEST, stub.GetScene(messages.GetSceneRequest(), timeout=PATIENCE).capabilities.max_speed)
+        self.speed = min(MAX_SPEED, stub.GetScene(messages.GetSceneRequest(), timeout=PATIENCE).capabilities.max_speed)
         self.commands, self.sequence, self.epoch = queue.Queue(), 0, 0
         self.hand = (0.0, 0.0, 0.0)
         self.surface, self.newest = None, None
@@ -91,10 +92,11 @@ class Operator:
         self.commands.put(command)
 
     def stroke(self, direction, seconds=STROKE, until=lambda: False):
-        """Engages again, and moves on from the present position of the device."""
+        """Engages again and moves from the present position of the device."""
         self.epoch += 1
         velocity = mixed(self.speed / self.scale, direction, 0, direction)
-        for _ in range(round(seconds / PERIOD)):  # by commands, not by the clock: a script that gets no processor makes no leap
+        # Counts commands instead of time, so that a stalled script makes no jump.
+        for _ in range(round(seconds / PERIOD)):
             if until():
                 return
             self.hand = mixed(1, self.hand, PERIOD, velocity)
@@ -106,7 +108,7 @@ class Operator:
         time.sleep(seconds)
 
     def leave(self):
-        """Waits for the samples that show the last stroke."""
+        """Disengages, waits for the samples that show the last stroke, and ends the stream."""
         self.release(1)
         self.commands.put(None)
         self.reading.join(PATIENCE)
@@ -125,13 +127,13 @@ class Guards(unittest.TestCase):
             inward = mixed(-1, operator.surface.outward, 0, operator.surface.outward)
             along = operator.surface.along()
             if pattern == "sideways":
-                operator.stroke(inward, 10, lambda: operator.force > ASIDE_FROM * force_guard
-                                or operator.depth > ASIDE_FROM * depth_guard)
+                operator.stroke(inward, 10, lambda: operator.force > LATERAL_FROM * force_guard
+                                or operator.depth > LATERAL_FROM * depth_guard)
             directions = {"inwards": [inward], "zigzag": [mixed(0.7, inward, s * 0.7, along) for s in (1, -1)],
                           "sideways": 3 * [along] + 3 * [mixed(-1, along, 0, along)] + [inward]}[pattern]
             ratio = lambda: max(operator.force / force_guard, operator.depth / depth_guard)
             end, last = time.monotonic() + seconds, time.monotonic() + PATIENCE
-            while (now := time.monotonic()) < end or (pattern == "inwards" and ratio() < NEAR and now < last):
+            while (now := time.monotonic()) < end or (pattern == "inwards" and ratio() < MIN_RATIO and now < last):
                 operator.stroke(directions[operator.epoch % len(directions)])
                 operator.release(pause)
             operator.leave()
@@ -145,7 +147,7 @@ class Guards(unittest.TestCase):
 
     def test_strokes_into_the_block_end_at_its_guards(self):
         ratios, limits = self.press_on("silicone-block", "inwards", 6)
-        self.assertGreater(max(ratios), NEAR)
+        self.assertGreater(max(ratios), MIN_RATIO)
         self.assertGreater(limits, 0)
 
     def test_a_scene_without_guards_is_reported(self):
@@ -171,7 +173,7 @@ class Guards(unittest.TestCase):
                 with self.subTest(scene=scene, pattern=pattern):
                     ratios, _ = self.press_on(scene, pattern, 5)
                     if pattern == "inwards":
-                        self.assertGreater(max(ratios), NEAR)
+                        self.assertGreater(max(ratios), MIN_RATIO)
 
     @deep
     def test_neither_pauses_nor_retreats_add_up(self):

@@ -1,4 +1,4 @@
-"""Cost of a start: parts that are not requested are not loaded, and a requested part that is absent is reported."""
+"""Cost of a start: libraries that a scene does not need are not loaded, and a missing one that it needs is reported."""
 import pathlib
 import re
 import resource
@@ -10,17 +10,18 @@ import unittest
 
 from programs import BARE, BLOCK, PATIENCE, ROOT, SLAVE, Slave, cpu_seconds, deep, memory, operate, run
 
-# 55 come with gRPC, 21 with OpenCV's core; imgcodecs, videoio and PCL each bring more than the rest together.
+# gRPC loads 55 libraries and OpenCV's core 21. imgcodecs, videoio and PCL each load more than all others together.
 MAX_LIBRARIES = 100
-# Half of what the start took with all of them linked. Most of it is the model and the images decoded ahead.
+# Half of the memory after a start with all libraries linked. Most of it is the model and images decoded in advance.
 MAX_MEMORY = 60e6  # [bytes]
-# A second of a slave that nobody reads; 3600 where arm, watchdog, publisher and door kept their pace. 20 each come from health and door.
-MAX_WAKINGS = 150
+# Wake-ups per second of a slave without clients. Without idle throttling of arm, watchdog, publisher and acceptor there
+# are 3600. Health and acceptor cause 20 each.
+MAX_WAKEUPS = 150
 ON_DEMAND = ("libopencv_videoio", "libopencv_imgcodecs", "libopencv_calib3d", "libpcl_", "libavcodec", "libgdal")
 
 
 def recorded(folder):
-    """The block's scene with images of its simulated camera as files."""
+    """Writes the block's scene with images of its simulated camera as files."""
     done = run(SLAVE, "process", BLOCK, "--out", folder, "--frames")
     assert done.returncode == 0, done.stderr
     scene = folder / "recorded.yaml"
@@ -33,7 +34,7 @@ def libraries(pid):
 
 
 def bare_cpu():
-    """Of a python that does nothing: what this machine makes of a start."""
+    """Returns the CPU time of an empty Python program, which shows how fast this machine starts programs."""
     before = resource.getrusage(resource.RUSAGE_CHILDREN)
     subprocess.run(["/usr/bin/python3", "-c", ""], check=True, env=BARE)
     after = resource.getrusage(resource.RUSAGE_CHILDREN)
@@ -53,17 +54,17 @@ class Start(unittest.TestCase):
         self.assertEqual([name for name in loaded if pathlib.Path(name).name.startswith(ON_DEMAND)], [])
 
 
-def wakings(pid):
-    """How often its threads have waited for something and gone on."""
+def wakeups(pid):
+    """Returns how often the threads of a process were woken after waiting."""
     return sum(int(re.search(r"^voluntary_ctxt_switches:\s+(\d+)", task.joinpath("status").read_text(), re.M).group(1))
                for task in pathlib.Path(f"/proc/{pid}/task").iterdir())
 
 
 def cost_of(pid, seconds):
-    """Seconds of CPU and wakings, each in a second of the next `seconds`."""
-    before = cpu_seconds(pid), wakings(pid)
+    """Returns CPU time [s] and wake-ups per second, measured over `seconds`."""
+    before = cpu_seconds(pid), wakeups(pid)
     time.sleep(seconds)
-    return (cpu_seconds(pid) - before[0]) / seconds, (wakings(pid) - before[1]) / seconds
+    return (cpu_seconds(pid) - before[0]) / seconds, (wakeups(pid) - before[1]) / seconds
 
 
 @deep
@@ -71,7 +72,7 @@ class Idle(unittest.TestCase):
     def test_a_slave_that_nobody_reads_rests(self):
         with Slave() as slave:
             pid = slave.process.pid
-            time.sleep(2)  # the arm has stood for a second
+            time.sleep(2)  # the arm has been stationary for a second
             idle_cpu, idle_wakings = cost_of(pid, 4)
             master = operate(slave.address, "--duration", "6")
             time.sleep(1)
@@ -79,11 +80,11 @@ class Idle(unittest.TestCase):
             self.assertEqual(master.wait(timeout=PATIENCE), 0, "and it is there at once for who comes")
             print(f"idle: {100 * idle_cpu:.1f} % of a core, woken {idle_wakings:.0f} times a second; "
                   f"operated: {100 * busy_cpu:.1f} %, {busy_wakings:.0f}")
-        self.assertLess(idle_wakings, MAX_WAKINGS)
+        self.assertLess(idle_wakings, MAX_WAKEUPS)
         self.assertLess(2 * idle_cpu, busy_cpu)
 
 
-# Commands of other programs.
+# Commands, each with the separate library that contains it.
 COMMANDS = {"study": "tools", "precompute": "tools", "identify": "tools", "evaluate": "evaluate", "verify": "verify",
             "calibrate": "calibrate"}
 

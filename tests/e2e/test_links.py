@@ -1,4 +1,5 @@
-"""Symbolic links planted where programs write temporary files: their targets stay as they are, and the results are written."""
+"""Symbolic links in place of temporary files of the programs: their targets are not changed, and the results are
+written."""
 import itertools
 import pathlib
 import signal
@@ -23,7 +24,7 @@ class PlantedLinks(unittest.TestCase):
         self.planted = []
 
     def plant(self, *results, endings=ENDINGS):
-        """Links at every name that a temporary file of `results` could be given in advance."""
+        """Creates a link at every predictable name of a temporary file of `results`."""
         for result, ending in itertools.product(results, endings):
             self.planted.append(self.out / (result + ending))
             self.planted[-1].symlink_to(self.target)
@@ -138,7 +139,7 @@ class PlantedLinks(unittest.TestCase):
         self.plant(*results, "request", "key", "cert", endings=("", *ENDINGS))
         certs, ca = ROOT / "deploy/certs", self.folder / "ca"
         for result in results:
-            self.planted.remove(self.out / result)  # replaced, not followed
+            self.planted.remove(self.out / result)  # a link at the result's own name is replaced, not followed
         self.finish(certs, "ca", ca)
         self.finish(certs, "slave", ca, self.out, "block", "localhost")
         self.check(*results)

@@ -1,4 +1,5 @@
-"""A soft organ under two fingertips: the scene liver-press on a coarse mesh through check, solve, process and serve."""
+"""Two fingertips press a soft organ: the scene liver-press on a coarse mesh by the commands check, solve, process and
+serve."""
 import collections
 import csv
 import importlib.util
@@ -17,7 +18,7 @@ from tick_log import followed, press_until
 
 SCENE = ROOT / "deploy/scenes/liver-press.yaml"
 SCRIPT = ROOT / "deploy/scenes/make_liver.py"
-LONG = 5 * PATIENCE  # several models in one run
+LONG = 5 * PATIENCE  # one run prepares several models
 
 
 def load_script():
@@ -33,7 +34,7 @@ def volume(corners):
 
 
 def faces_of(elements):
-    """{face: how many tetrahedra have it}; a face is a rising tuple of nodes."""
+    """Returns {face: number of tetrahedra that have it}. A face is a sorted tuple of nodes."""
     return collections.Counter(tuple(sorted(face)) for a, b, c, d in elements
                                for face in ((a, b, c), (a, b, d), (a, c, d), (b, c, d)))
 
@@ -78,7 +79,7 @@ class Mesh(unittest.TestCase):
 
 
 class DepthCamera:
-    """Looks down from above; images of triangles as 16-bit PNG, 0.02 mm per count, with noise of 0.2 mm."""
+    """A depth camera that looks down on triangles. Images are 16-bit PNG, 0.02 mm per count, with noise of 0.2 mm."""
 
     SIZE, FOCAL, CENTRE, AWAY, COUNT, NOISE = (320, 240), 280, (159.5, 119.5), 0.4, 2e-5, 2e-4
     KEYS = ("{depth: \"d%03d.png\", rate: 30 Hz, unit: 0.02 mm, sigma: 0.2 mm, fx: 280, fy: 280, cx: 159.5, cy: 119.5, "
@@ -114,7 +115,7 @@ class DepthCamera:
 
 
 def displacements(file, name):
-    """An array of a VTU file, one vector per node."""
+    """Returns an array of a VTU file, one vector per node."""
     raw = file.read_bytes()
     begin = raw.index(b"_", raw.index(b"<AppendedData")) + 1
     begin += int(re.search(rb'Name="' + name.encode() + rb'"[^>]*offset="(\d+)"', raw)[1])
@@ -133,7 +134,7 @@ class Programs(unittest.TestCase):
         done = run(sys.executable, SCRIPT, "--tets", "2000", "--out", mesh)
         assert done.returncode == 0, done.stderr
         cls.scene = (SCENE, "--override", f"object.geometry.mesh={mesh}")
-        # Its simulator solves the press ahead while the other tests run.
+        # The simulator computes its press in advance while the other tests run.
         cls.slave = Slave(*cls.scene)
         cls.starting = threading.Thread(target=cls.slave.__enter__)
         cls.starting.start()
@@ -149,8 +150,8 @@ class Programs(unittest.TestCase):
         self.assertRegex(done.stdout, r"model +fem:")
         self.assertNotIn("UNGUARDED", done.stdout)
 
-    # Reference: the same mesh solved to six digits. One step per sample is within a percent of it, and so is what the
-    # scene's own friction leaves of it where that holds the fingertip.
+    # Reference: the same mesh solved to six digits. The model with one step per sample is within one percent of it. The
+    # scene's friction changes it by less where it sticks.
     def test_solve_gives_the_converged_force(self):
         contacts = self.out / "contacts.csv"
         contacts.write_text("case,x,y,z,dx,dy,dz\n"
@@ -170,7 +171,7 @@ class Programs(unittest.TestCase):
             for found, force in zip(answers[name], answers["converged"], strict=True):
                 self.assertLess(math.dist(force, found), most * math.hypot(*force), name)
 
-    # Reference: the load whose shape the images show.
+    # Reference: the known load under which the depth images were made.
     @deep
     def test_depth_images_give_the_force(self):
         nodes, elements = load_script().body(2000)
@@ -203,12 +204,12 @@ class Programs(unittest.TestCase):
         self.assertEqual(last["validity"], "valid")
         self.assertLess(abs(force - forces[-1]), 3 * sigma)
 
-    # Reference: the simulator's own neo-Hookean body. The force at the same commanded position counts, so that a machine
-    # that does other things too, whose sensing stalls, is not blamed. This mesh does not resolve the fingertip: 5 to 6 %
-    # here. Without the learned lean of the force it is 12 to 14 %.
+    # Reference: the simulator's neo-Hookean body. Forces at the same commanded position are compared, so that a busy
+    # machine's delays are excluded. This mesh does not resolve the fingertip, which causes an error of 5 to 6 %.
+    # Without the learned correction of the force's direction it is 12 to 14 %.
     def test_two_fingertips_press_it_live(self):
         self.starting.join()
-        # A machine that does other things too disturbs single sessions: the best of three is judged.
+        # A busy machine disturbs single sessions, so the best of three is judged.
         reports = []
         while len(reports) < 3 and (not reports or reports[-1]["force_error_delay_compensated"]["relative_rms"] >= 0.08):
             reports.append(press_until(lambda rows: followed(rows) > 3000, self.slave.address, self.out)[0])

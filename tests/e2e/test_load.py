@@ -29,10 +29,10 @@ from palpate.v1 import teleoperation_pb2 as messages
 from tick_log import times_held, whole_rows
 from untrusted_clients import DATA, OURS, PING, PREFACE, SETTINGS, WINDOW_UPDATE, answers, call, frame, message
 
-PERIOD = 0.01        # of what each sends [s]
-RATE = 220e3         # of a connection that sends commands [bytes/s]
+PERIOD = 0.01        # between the messages of a connection [s]
+RATE = 220e3         # data rate of a connection that sends commands [bytes/s]
 GREETING = PREFACE + frame(SETTINGS, 0, 0)
-COMMAND = message(b"\x08\x01" + b"\x72\x5a" + b"x" * 90)  # sequence; a field that this version does not know
+COMMAND = message(b"\x08\x01" + b"\x72\x5a" + b"x" * 90)  # the sequence, and a field that this version does not know
 
 def connection(address, source, context=None):
     line = socket.create_connection(address, timeout=5, source_address=(source, 0))
@@ -42,8 +42,8 @@ def connection(address, source, context=None):
     line.setblocking(False)
     return line
 
-class Line:
-    """A connection that never waits: what does not fit is sent later, and nothing is added meanwhile."""
+class Connection:
+    """A connection that never blocks: data that does not fit is sent later, and meanwhile no more is added."""
 
     def __init__(self, *where, first):
         self.socket, self.left = connection(*where), first
@@ -70,19 +70,20 @@ class Line:
             self.is_open = False
 
     def acknowledge(self, data):
-        """Answers the settings, which come first."""
+        """Acknowledges the settings frame, which is the first one."""
         if data[3:4] == bytes([SETTINGS]) and not data[4] & 1 and not self.left:
             self.send(frame(SETTINGS, 1, 0))
 
 
 def crowd(address, count, sources, first, again, every, context=None):
-    """Keeps `count` connections that begin with `first` and send `again(n)` each `every` seconds; replaces those that end."""
+    """Keeps `count` connections that begin with `first` and send `again()` every `every` seconds. Replaces those that
+    end."""
     lines, due, n = [], time.monotonic(), 0
     while True:
         end = time.monotonic() + PERIOD
         while len(lines) < count and time.monotonic() < end:
             with contextlib.suppress(OSError):
-                lines.append(Line(address, sources[n % len(sources)], context, first=first))
+                lines.append(Connection(address, sources[n % len(sources)], context, first=first))
                 n += 1
         if time.monotonic() >= due:
             due += every
@@ -110,7 +111,7 @@ def one_stream(address, _):
     crowd(address, 110, five(1), GREETING + call(1, OURS + "Operate", ends=False), lambda: words, PERIOD)
 
 def many_streams(address, _):
-    """As one_stream, but each command opens a stream of its own."""
+    """As one_stream, but each command opens a new stream."""
     streams = collections.Counter()
 
     def calls():
@@ -156,7 +157,8 @@ class Periods:
             self.trouble = error.details()
 
     def p99(self, begin, end):
-        """Of those between two counts of samples [s]."""
+        """Returns the 99th percentile and the maximum of the periods between the samples number `begin` and `end`
+        [s]."""
         times = self.times[begin:end]
         gaps = sorted(b - a for a, b in zip(times, times[1:]))
         return gaps[int(0.99 * (len(gaps) - 1))] if gaps else float("nan"), gaps[-1] if gaps else float("nan")
@@ -164,8 +166,8 @@ class Periods:
 def connected(address, certificates):
     return palpate.connect(address, certificates and certificates / "admin")
 
-def newcomer(address, certificates, patience):
-    """Seconds until a new client has the status; None: not within `patience`."""
+def time_to_status(address, certificates, patience):
+    """Returns the time until a new client has the status [s]; None: not within `patience`."""
     start = time.monotonic()
     if not certificates:
         host, port = address.split(":")
@@ -177,7 +179,7 @@ def newcomer(address, certificates, patience):
         except grpc.RpcError:
             return None
 
-def under(name, load, seconds, folder):
+def measure_under_load(name, load, seconds, folder):
     certificates = folder if load is observers else None
     if certificates:
         make_certificates(folder, "operator", "observer", "admin")
@@ -201,7 +203,7 @@ def under(name, load, seconds, folder):
         end, answered = time.monotonic() + seconds, []
         while time.monotonic() < end:
             time.sleep(min(2, seconds / 4))
-            answered.append(newcomer(slave.address, certificates, PATIENCE))
+            answered.append(time_to_status(slave.address, certificates, PATIENCE))
         loaded = len(periods.times)
         held = times_held(states()[began:])
         stops = []

@@ -1,4 +1,4 @@
-"""A membrane that an operator presses before two cameras, and a target that is followed: slave and master together."""
+"""An operator presses a membrane in front of two cameras, and follows a moving target: slave and master together."""
 import math
 import threading
 import unittest
@@ -8,20 +8,20 @@ from tick_log import followed, press_until
 
 MEMBRANE = ROOT / "deploy/scenes/rubber-membrane.yaml"
 TARGET = ROOT / "deploy/scenes/heart-target.yaml"
-LONG = 4 * PATIENCE  # [s]: presses are solved ahead, on machines that do other things too
+LONG = 4 * PATIENCE  # [s] because presses are solved in advance, on busy machines
 
 
 def collect(stream, states):
-    """Appends what a stream brings, until it is cancelled."""
+    """Appends the messages of a stream until it is cancelled."""
     try:
         for state in stream:
             states.append(state)
-    except Exception:  # gRPC's, which is not imported where it is absent
+    except Exception:  # an error of gRPC, which may not be installed
         pass
 
 
 class Live(FolderTest):
-    # One slave for both tests, which leave it as it was.
+    # Both tests share one slave, because they do not change it.
     @classmethod
     def setUpClass(cls):
         cls.slave = cls.enterClassContext(Slave(MEMBRANE))
@@ -37,15 +37,15 @@ class Live(FolderTest):
               f"{report['states'] / report['duration_s']:.0f} states/s")
         self.assertEqual(report["force_peak_is"], "true")
         self.assertGreater(error["contact_ticks"], 500)
-        # The error of a live press depends on how late its images are, so on the machine: it is printed. Offline presses
-        # bound it.
+        # The error of a live press depends on the delay of its images, so on the machine. It is printed; offline
+        # presses bound it.
         self.assertGreater(report["force_sent_peak_N"], 0.1 * peak)
         self.assertGreater(report["states"] / report["duration_s"], 90, "states are repeated at 100 Hz or more")
         self.assertGreater(report["shape"]["deflection_peak_m"], 1e-3)
         self.assertLess(report["shape"]["deflection_peak_m"], 10e-3)
         pressed = [s for s in states if s.HasField("force") and s.local_model.in_contact]
         self.assertGreater(len(pressed), 20)
-        # A stall of the manipulator's driver leaves a few without.
+        # Stalls of the manipulator's driver leave a few states without moment.
         self.assertGreater(sum(state.HasField("moment") for state in pressed), 0.8 * len(pressed))
         self.assert_finite(self.out / "log.csv")
 
@@ -73,7 +73,7 @@ class Live(FolderTest):
 
 class Presses(FolderTest):
     def press(self, *override):
-        """(summary, rows) of the scene's press offline."""
+        """Processes the scene's press offline. Returns (summary, rows)."""
         out = self.out / f"run-{len(list(self.out.iterdir()))}"
         done = run(SLAVE, "process", MEMBRANE, "--out", out, "--images", *override, timeout=LONG)
         self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
@@ -93,7 +93,7 @@ class Presses(FolderTest):
             self.assertGreater(float(row["fz"]), 0, "the membrane pushes the tool out")
 
     def test_every_step_of_a_press_is_estimated_well_wherever_it_is(self):
-        """The bounds are the product's, as its documents state; figures 5 and 6 of paper C."""
+        """The bounds are those in the documentation; figures 5 and 6 of paper C."""
         for place in ("0 mm, 0 mm", "11.7 mm, 0 mm", "0 mm, 19.5 mm") if IS_DEEP else ("11.7 mm, 0 mm",):
             summary, _ = self.press("--override", f"manipulator.home=[{place}, 5 mm]")
             steps = summary["steps"]

@@ -1,4 +1,4 @@
-"""The mutexes that real-time threads of both programs lock: each inherits priority."""
+"""Every mutex that a real-time thread of either program locks inherits priority."""
 import pathlib
 import subprocess
 import tempfile
@@ -12,7 +12,7 @@ SECONDS = "4"
 
 
 def functions(program):
-    """Start and name of each function of `program`, sorted."""
+    """Returns start address and name of each function of `program`, sorted."""
     listed = subprocess.run(["nm", "-C", "--defined-only", program], capture_output=True, text=True, check=True).stdout
     parts = (line.split(" ", 2) for line in listed.splitlines())
     return sorted((int(part[0], 16), part[2]) for part in parts if len(part) == 3 and part[1] in "tTwW")
@@ -25,7 +25,7 @@ def names(program, offsets):
 
 class Mutexes(unittest.TestCase):
     def watched(self, scene):
-        """Names of the functions that lock a mutex without priority inheritance, in slave and master."""
+        """Returns the names of functions that lock a mutex without priority inheritance, in slave and master."""
         with tempfile.TemporaryDirectory() as folder:
             at = pathlib.Path(folder)
             preload = ["env", f"LD_PRELOAD={WATCH}", f"MUTEX_WATCH={at / 'watch'}"]

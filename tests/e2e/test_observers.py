@@ -1,4 +1,5 @@
-"""Observers behind a NATS server: a fleet in one table, a server that dies, stalls or is absent, and clients that do not read.
+"""Observers behind a NATS server: the table of a fleet; a server that dies, stalls or is absent; clients that do not
+read.
 """
 import contextlib
 import signal
@@ -23,7 +24,8 @@ def publishing(server, *more, **how):
 
 
 def flood_until(server, condition):
-    """Publishes as fast as a reader can read, so that a client that does not read is soon behind."""
+    """Publishes as fast as a reader can read, until `condition()` is true. A client that does not read soon falls
+    behind."""
     with connect(server.port) as line:
         def goes_on():
             for _ in range(20):
@@ -42,13 +44,13 @@ class Observers(FolderTest):
             self.assertTrue(wait_until(lambda: valid.update({name: line for name, line in watch.newest().items()
                                                              if line["validity"] == "valid" and not line["alarms"]}) or names <= valid.keys()),
                             f"seen: {watch.newest()}")
-            # One that nobody can operate is shown beside the others.
+            # A slave without a manipulator is listed as well.
             slaves.enter_context(Slave(ROOT / "deploy/scenes/foam-cube.yaml", "--publish", server.url, "--override", "manipulator=none",
                                        simulates=False))
             self.assertTrue(wait_until(lambda: watch.newest().get("foam-cube", {}).get("phase") == "observing"), watch.news.read_text())
             self.assertTrue(wait_until(lambda: names <= watch.newest().keys()))
         for line in valid.values():
-            self.assertEqual(line["force_N"], 0)  # nobody touches anything
+            self.assertEqual(line["force_N"], 0)  # without contact
             self.assertEqual(line["phase"], "ready")
             self.assertGreaterEqual(line["age_s"], 0)
 
@@ -74,10 +76,10 @@ class Observers(FolderTest):
                     parsed.ParseFromString(next_message(line)[1])
                 return parsed
 
-            # The first ones may be of before the first image.
+            # The first messages may precede the first image.
             self.assertTrue(wait_until(lambda: message("state", state_pb2.SlaveState()).validity == state_pb2.VALIDITY_VALID))
             self.assertTrue(wait_until(lambda: message("status", telemetry_pb2.Status()).samples > 0))
-            mesh = message("mesh", state_pb2.MeshState())  # whoever comes later has the topology, too
+            mesh = message("mesh", state_pb2.MeshState())  # a late subscriber also gets the topology
             self.assertEqual((len(mesh.elements) // mesh.nodes_per_element, len(mesh.positions)), (180, len(mesh.rest)))
             self.assertTrue(message("image", state_pb2.ImageState()).jpeg.startswith(b"\xff\xd8"))
 
@@ -123,7 +125,7 @@ class Observers(FolderTest):
                                 reader.news.read_text())
             finally:
                 stopped.process.send_signal(signal.SIGCONT)
-            # It knows, comes back and goes on; those who read never noticed.
+            # The stopped client reports the loss, reconnects and continues. Other clients are not affected.
             self.assertTrue(wait_until(lambda: stopped.news.read_text().count("connected to the NATS server") >= 2),
                             stopped.news.read_text())
             self.assertIn("this program stood still", stopped.news.read_text())
@@ -150,7 +152,7 @@ class Observers(FolderTest):
             with server, Crowd(server, STATES, 1) as crowd:
                 crowd.all_read()
                 server.stall()
-                # A busy machine may hold an operator once, a waiting slave would each time.
+                # A busy machine may hold an operator once; a slave that waits for the server would hold it every time.
                 self.assertTrue(any(session(slave, 4, self.out)[1] == 0 for _ in range(TRIES)))
                 server.go_on()
                 crowd.all_read()

@@ -1,4 +1,4 @@
-"""`check`, `process` and `solve` as scripts use them, and what they say of bad input."""
+"""`check`, `process` and `solve` as scripts use them, and their messages for invalid input."""
 import math
 import pathlib
 import re
@@ -9,7 +9,7 @@ from programs import BLOCK, IS_DEEP, ROOT, SLAVE, FolderTest, deep, overrides, r
 
 
 def process(out, *arguments):
-    """Summary of the block's press, which the slave estimates into `out`."""
+    """Runs `process` on the block's press with output in `out`. Returns the summary."""
     done = run(SLAVE, "process", BLOCK, "--out", out, *arguments, timeout=300)
     if done.returncode != 0:
         raise AssertionError(done.stderr)
@@ -29,22 +29,24 @@ class Offline(FolderTest):
             peak = error["true_peak_N"]
             print(f"{elements} elements: rms {error['rms_N'] / peak:.2%} of {peak:.3f} N, model "
                   f"{error['model_rms_N'] / peak:.2%}, tracking {error['tracking_rms_N'] / peak:.2%}")
-            # Constant elements are 2.6 % (180) and 6.7 % (60) low on this block: reference b, constant_element_bem.
+            # With constant elements the force is 2.6 % (180 elements) or 6.7 % (60) too low: reference b,
+            # constant_element_bem.
             self.assertLess(error["model_rms_N"] / peak, model_error)
-            # A tenth of a pixel is 0.035 mm, 0.7 % of a 5 mm press.
+            # An error of a tenth of a pixel is 0.035 mm, or 0.7 % of a 5 mm press.
             self.assertLess(error["tracking_rms_N"] / peak, 0.01)
             if elements == 180:
                 self.assertLess(error["rms_N"] / peak, 0.05)
             self.assertEqual(summary["tracking_lost"], 0)
             self.assertGreaterEqual(summary["rest_surface"]["points"], 30)
 
-    # What the master renders of the local model at the true depth is the model's part of the error: a round tool's tangent
-    # stiffness times its depth was 11 % too much here.
+    # At the true depth the local model must have the error of the model alone. The tangent stiffness of a round tool
+    # times the depth would be 11 % too large here.
     def test_the_local_model_of_a_round_tool_is_as_stiff_as_the_estimate(self):
         error = process(self.out, "--override", "tool={shape: round, radius: 6 mm, depth: whole}")["force_error"]
         self.assertGreater(error["contact_frames"], 50)
         for part in ("rms_N", "model_rms_N", "tracking_rms_N"):
-            self.assertLess(error[part] / error["true_peak_N"], 0.03, part)  # elements this fine: 2.6 %, reference b
+            # 2.6 % with elements of this size, reference b.
+            self.assertLess(error[part] / error["true_peak_N"], 0.03, part)
 
     def test_states_are_one_row_per_image(self):
         rows = read_rows(self.shipped / "states.csv")
@@ -63,7 +65,7 @@ class Offline(FolderTest):
 
     def test_what_was_recorded_is_estimated_again(self):
         live = read_rows(self.shipped / "states.csv")
-        # One line of the scene changed; scene and images named from another folder.
+        # One line of the scene is changed, and scene and images are named from another folder.
         scene = self.shipped / "scene.yaml"
         scene.write_text(pathlib.Path(BLOCK).read_text().replace("source: simulated", "file: frames"))
         (self.shipped / "frames/000100.png").write_bytes(b"damaged")
@@ -75,7 +77,7 @@ class Offline(FolderTest):
         self.assertEqual(len(recorded), 99, "earlier estimates stay readable")
         for one, other in zip(live, recorded):
             for column, value in other.items():
-                # The same images and tip template. A folder has no encoders, which sigma takes into account.
+                # Images and tip template are the same. A folder has no encoders, so sigma differs.
                 if "sigma" not in column:
                     self.assertEqual(value, one[column], f"{column} of image {one['sequence']}")
 
@@ -108,8 +110,8 @@ class Offline(FolderTest):
         rows = read_rows(self.out / "states.csv")
         cue = next(i for i, row in enumerate(rows) if row["validity"] == "punctured")
         depth = [math.hypot(*(float(row["contact_" + axis]) - float(row["tip_" + axis]) for axis in "xy")) for row in rows]
-        # Passed by the first punctured image and no earlier one; measured along the tool's way, which is at most
-        # 10 degrees from the surface's normal.
+        # The cue is at the first punctured image. The depth is measured along the tool's path, at most 10 degrees from
+        # the surface's normal.
         self.assertGreater(depth[cue], 150e-6)
         touching = [d for d, row in zip(depth[:cue], rows) if float(row["fx"]) != 0]
         self.assertLessEqual(max(touching), 1.02 * 150e-6)
@@ -126,7 +128,7 @@ class Offline(FolderTest):
                                 "model.elements=1200")
         self.assertEqual(done.returncode, 0, done.stderr)
         shallow, deep = (-float(row["fy"]) for row in rows)
-        # Twice as deep, and wider besides; a cylinder's width grows less than the depth.
+        # At twice the depth the contact is also wider, so the force more than doubles.
         self.assertGreater(deep, 2.1 * shallow)
         self.assertLess(deep, 4 * shallow)
         self.assertEqual({row["validity"] for row in rows}, {"valid"})
@@ -142,11 +144,11 @@ class Offline(FolderTest):
             override = ("--override", f"model.elements={elements}")
             done = run(SLAVE, "check", BLOCK, *override)
             expected = float(re.search(r"about ([0-9.]+) % of the contact force", done.stdout).group(1))
-            # The simulator's block is a plane, too: what the plane leaves out of a solid is not found.
+            # The simulator's block is a plane model, too, so the error of the plane assumption does not show.
             expected -= float(re.search(r"of which ([0-9.]+) % by the plane model", done.stdout).group(1))
             self.assertEqual(run(SLAVE, "process", BLOCK, *override, "--out", self.out / "run").returncode, 0)
             error = read_json(self.out / "run/summary.json")["force_error"]
-            # rms over the whole contact: 0.75 to 1 of the error at the deepest point, where `check` asks.
+            # The rms over the contact is 0.75 to 1 of the error at the deepest point, which `check` states.
             found = 100 * error["model_rms_N"] / error["true_peak_N"]
             self.assertGreater(expected, found / 1.3, done.stdout)
             self.assertLess(expected, 1.3 * found / 0.75, done.stdout)
@@ -177,7 +179,7 @@ class BadInput(FolderTest):
         self.assertEqual(done.returncode, code, done.stderr)
         return done.stderr
 
-    # What each command that reads a scene needs beside it. A command joins by one line.
+    # Further arguments of each command that reads a scene.
     COMMANDS = {
         "check": (), "precompute": (), "serve": (),
         "evaluate": ("--cloud", "absent.pcd", "--out", "out"),

@@ -1,4 +1,4 @@
-"""A laboratory's own camera and arm, from the first words to the force."""
+"""An external camera and arm, from the description of the scene to the rendered force."""
 import json
 import unittest
 
@@ -9,8 +9,8 @@ ATTEMPTS = 10
 
 class Plug(Plugged):
     def operate_in_time(self):
-        """The report of the first session whose error is small, else of the last. A process that does not get the processor in
-        time delays the arm, and the commanded place is then not the tool's: this says nothing of the force."""
+        """Returns the report of the first session with a small error, else of the last one. A process without processor
+        time delays the arm, so that the tool is not at the commanded position; that error is not the slave's."""
         for _ in range(ATTEMPTS):
             report = self.report(self.operate(8))
             print(json.dumps(report))
@@ -27,7 +27,7 @@ class Plug(Plugged):
         self.assertTrue(self.ready(), self.status())
         report = self.operate_in_time()
         self.assertGreater(report["force_peak_N"], 1.5)
-        # At the commanded place: what the same instant makes of the way there is the machine's.
+        # The error at the same commanded position is judged. The error at the same time includes delays of the machine.
         error = report["force_error_delay_compensated"]
         self.assertIsNotNone(error, "nothing was pressed")
         self.assertGreater(error["contact_ticks"], 500)

@@ -1,7 +1,7 @@
-"""Camera and arm killed, frozen, flooded, garbled: the hand is let go, the reason is reported, and each return needs an engagement.
+"""Drivers of camera and arm are killed, frozen, flooded and garbled: the force ends, the reason is reported, and motion
+resumes only after an engagement.
 
-usage: test_plug_faults.py [--times N]   N times each, 5 by default
-"""
+usage: test_plug_faults.py [--times N]   repeats each fault N times, 5 by default"""
 import os
 import pathlib
 import signal
@@ -16,7 +16,7 @@ from tick_log import Log
 
 TIMES = int(sys.argv[sys.argv.index("--times") + 1]) if "--times" in sys.argv else 5
 HERE = pathlib.Path(__file__).resolve().parent
-# [s] from the event to no force, by the requirement. What a bare loop is late by at its 99.9th percentile comes on top.
+# [s] from the event to zero force, as required. The 99.9th percentile of the lateness of a bare loop is added.
 MAX_DELAY = 0.100
 PRESSED = 0.3  # [N]
 
@@ -39,7 +39,7 @@ class Plugs(Plugged):
         self.assertTrue(ready, f"player {self.player.poll()}, driver {self.driver.poll()}\n{self.status()}")
 
     def repeat(self, event, words, driver=()):
-        """`event` makes it and gives what ends it. `words`: one of them must be among the alarms."""
+        """`event` causes the fault and returns a function that ends it. An alarm must contain one of `words`."""
         self.plug(driver)
         self.wait_for_ready()
         log = Log(self.out / "log.csv")
@@ -86,10 +86,10 @@ class Plugs(Plugged):
 
 class Faults(Plugs):
     def replaced(self, how):
-        """The camera's driver dies, and one that goes wrong takes its place."""
+        """Returns an event in which a faulty camera driver replaces the camera's driver."""
         def event():
             self.player.kill()
-            feeder = self.start("/usr/bin/python3", HERE / "bad_feeder.py", how, self.slave.address)
+            feeder = self.start("/usr/bin/python3", HERE / "faulty_feeder.py", how, self.slave.address)
             return lambda: self.end(feeder)
         return event
 
@@ -112,20 +112,20 @@ class Faults(Plugs):
         self.repeat(self.signalled(lambda: self.driver, signal.SIGSTOP), ARM)
 
     def test_arm_says_no_number(self):
-        self.bad_driver("nan")
+        self.faulty_driver("nan")
 
     def test_arm_jumps(self):
-        self.bad_driver("jump")
+        self.faulty_driver("jump")
 
     def test_arm_has_a_fault(self):
-        self.bad_driver("fault")
+        self.faulty_driver("fault")
 
-    def bad_driver(self, how):
-        self.repeat(self.signalled(lambda: self.driver, signal.SIGUSR1), ARM, (HERE / "bad_driver.py", how))
+    def faulty_driver(self, how):
+        self.repeat(self.signalled(lambda: self.driver, signal.SIGUSR1), ARM, (HERE / "faulty_driver.py", how))
 
     def test_arm_floods(self):
-        """Reports that come too often are no fault: the force goes on, and nothing grows."""
-        self.plug((HERE / "bad_driver.py", "flood"))
+        """Too frequent reports are not a fault: the force continues and the memory is bounded."""
+        self.plug((HERE / "faulty_driver.py", "flood"))
         self.wait_for_ready()
         log = Log(self.out / "log.csv")
         self.operate(3600)
@@ -138,7 +138,7 @@ class Faults(Plugs):
 
 
 class SimulatorFaults(Plugs):
-    """One program that feeds images and drives the arm."""
+    """The same faults with palpate-simulator, which feeds images and drives the arm."""
 
     def plug(self, driver):
         self.player = self.driver = self.start(SIMULATOR, BLOCK, "--slave", self.slave.address, stdout=subprocess.DEVNULL)

@@ -1,10 +1,11 @@
-"""No simulator in the slave: a site's images by URL, GStreamer pipeline, camera and FeedImages, its fingertips by
-FeedTactile, the tool by DriveTool. The force is as right as where the site is simulated inside, within 1 % of the peak.
+"""Simulated devices outside of the slave: images by URL, GStreamer pipeline, camera and FeedImages, fingertips by
+FeedTactile, the tool by DriveTool. The force must be as accurate as with devices simulated inside, within 1 % of the
+peak.
 
 usage: test_plug_paths.py [NAME...]   of silicone-block, rubber-membrane, foam-cube
 
-Prints a table: by each path the error of the force in the same slow press, rms in parts of its peak, against
-the true force as long before as it agrees best with; and how long that is, which is what the path takes in time.
+Prints a table with the force error of the same slow press by each path: rms relative to the peak, against the true
+force at the delay for which they agree best, and that delay, which is the latency of the path.
 """
 import re
 import shutil
@@ -19,8 +20,9 @@ from programs import BIN, ROOT, SLAVE, FolderTest, Slave, overrides, read_rows, 
 SCENES = ROOT / "deploy/scenes"
 SECONDS = 16
 SLOW = ["--override", "operator.press.speed=4 mm/s"]
-PLUGGED = ["manipulator.source=stream", "manipulator.silence=100 ms"]  # a driver in Python on a busy machine
-MAX_DIFFERENCE = 0.01  # of the peak, between the errors by two paths
+# The Python driver may be delayed on a busy machine.
+PLUGGED = ["manipulator.source=stream", "manipulator.silence=100 ms"]
+MAX_DIFFERENCE = 0.01  # between the errors by two paths, relative to the peak
 MIN_TICKS = 2000  # ticks in contact whose force is known
 NAMES = [name for name in sys.argv[1:] if not name.startswith("-")] or ["silicone-block", "rubber-membrane", "foam-cube"]
 PIPELINE = ("tcpclientsrc host=127.0.0.1 port={port} ! rawvideoparse width={width} height=480 format=gray8 framerate=60/1 "
@@ -28,11 +30,12 @@ PIPELINE = ("tcpclientsrc host=127.0.0.1 port={port} ! rawvideoparse width={widt
 
 
 class Paths(Plugged):
-    def setUp(self):  # each path has a slave of its own
+    def setUp(self):  # each path starts its own slave
         FolderTest.setUp(self)
 
     def press(self, name, environment=(), command=SLAVE, **how):
-        """A slave whose devices are simulated, or plugged in by overrides; what force_error says of a press."""
+        """Starts a slave with simulated devices, or with external ones by `overrides`. Returns force_error of a
+        session."""
         settings = how.get("overrides", ())
         whole = ["/usr/bin/env", *environment, str(command), "serve", str(SCENES / f"{name}.yaml"), "--listen", "127.0.0.1:0",
                  *SLOW, *overrides(*settings)]
@@ -52,9 +55,10 @@ class Paths(Plugged):
         return ",".join(first[f"p_S_{axis}"] for axis in "xyz")
 
     def site(self, name, to):
-        """Plays the scene's simulation; returns its address for the tool's position, and the port of its images."""
+        """Starts the external simulation of the scene. Returns its process and the port of its images; `self.tool` is
+        the address for the tool's position."""
         player = self.start(BIN / "site_player", SCENES / f"{name}.yaml", to, stdout=subprocess.PIPE)
-        printed = iter(player.stdout.readline, "")  # with what the site solves ahead
+        printed = iter(player.stdout.readline, "")  # includes progress lines of the precomputation
         self.tool = next(filter(None, (re.fullmatch(r"site on (\S+)\n", line) for line in printed))).group(1)
         port = re.fullmatch(r"images on \S+:(\d+)\n", next(printed)).group(1) if ":" not in to else None
         return player, port
@@ -64,7 +68,7 @@ class Paths(Plugged):
                           "--site", self.tool, "--rate", "500", stdout=subprocess.DEVNULL)
 
     def plugged(self, name, home, source, to, **options):
-        """By way of what `source` makes of the port at which the site shows its images."""
+        """Presses with images by the settings that `source(port)` returns for the port of the images."""
         player, port = self.site(name, to)
         environment, settings = source(port)
         try:
@@ -80,7 +84,7 @@ class Paths(Plugged):
         return self.press(name, overrides=[*PLUGGED, *settings], beside=[feeder, lambda: self.arm(home)])
 
     def fake_camera(self):
-        """The slave beside a module that is a fake camera: what `device` opens."""
+        """Returns a copy of the slave beside a camera module that is a fake, which `device` opens."""
         folder = self.out / "fake"
         folder.mkdir()
         shutil.copy(BIN / "palpate-slave", folder)

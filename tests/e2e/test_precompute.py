@@ -1,4 +1,5 @@
-"""palpate-slave precompute: shards, one of them killed, fill the cache as one run does, and the slave reads it; errors."""
+"""palpate-slave precompute: shards, one of which is killed, produce the same cache as one run; the slave reads it;
+errors are reported."""
 import re
 import shutil
 import signal
@@ -28,7 +29,7 @@ class Precompute(FolderTest):
         return [SLAVE, "precompute", self.scene, "--override", f"model.cache={cache}", *options]
 
     def compute(self, cache, shard="1/1"):
-        """How many groups of columns were computed, and of how many."""
+        """Runs precompute. Returns the number of computed groups of columns and their total."""
         done = run(*self.command(cache, "--shard", shard), env=ENVIRONMENT)
         self.assertEqual(done.returncode, 0, done.stderr)
         printed = re.search(rf"shard {shard}: (\d+) of (\d+) groups computed", done.stdout)
@@ -37,11 +38,11 @@ class Precompute(FolderTest):
 
     @staticmethod
     def contents(cache):
-        """Without what a killed process left unfinished."""
+        """Returns the complete files of a cache with their contents."""
         return {file.relative_to(cache): file.read_bytes() for file in cache.rglob("*") if file.is_file() and file.suffix != ".part"}
 
     def kill(self, cache, shard):
-        """SIGKILL once the shard has finished some groups."""
+        """Kills the shard after it has finished some groups."""
         process = subprocess.Popen(self.command(cache, "--shard", shard), stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL,
                                    stderr=subprocess.DEVNULL, env=ENVIRONMENT)
         end = time.monotonic() + PATIENCE
@@ -79,7 +80,7 @@ class Precompute(FolderTest):
         times = {file: file.stat().st_mtime_ns for file in files}
         with Slave(CUBE, *green):
             pass
-        # The local model of the fingertips adds groups of its own.
+        # The local model of the fingertips adds further groups.
         served = self.contents(cache)
         self.assertEqual({name: served.get(name) for name in whole}, whole)
         self.assertEqual([file for file in files if file.stat().st_mtime_ns != times[file]], [files[3]])

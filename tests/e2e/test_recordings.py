@@ -1,4 +1,4 @@
-"""Recordings of both programs: read by a library of others, cut by kill -9, processed, played and exported again."""
+"""Recordings of both programs are read by an independent library, cut by kill -9, processed, played and exported."""
 import json
 import os
 import pathlib
@@ -22,7 +22,7 @@ AT_ONCE = 4
 
 
 def reader():
-    """Folder with read.js and what it needs, or None and why."""
+    """Returns the folder with read.js and its packages, or None and the reason why there is none."""
     folder = ROOT / "build/npm/recordings"
     if not (folder / "node_modules/@mcap/core").is_dir():
         return None, "no @mcap/core (tests/npm.sh)"
@@ -34,7 +34,7 @@ READER, WHY_NOT = reader()
 
 
 def read(*files):
-    """What @mcap/core finds in each."""
+    """Returns the contents of each file as read by @mcap/core."""
     done = run("node", READER / "read.js", *files, env={**os.environ})
     if done.returncode != 0:
         raise AssertionError(done.stderr)
@@ -42,12 +42,12 @@ def read(*files):
 
 
 def files_of(recording):
-    """Itself, or its parts in the order of their names."""
+    """Returns the recording's file, or its parts in the order of their names."""
     return [recording] if recording.exists() else sorted(recording.parent.glob(f"{recording.stem}-*{recording.suffix}"))
 
 
 def as_one(parts):
-    """What was found in a recording's parts as what was found in one; without a part, nothing."""
+    """Joins the contents of a recording's parts; without parts nothing is returned."""
     parts = parts or [{"whole": False, "topics": {}}]
     one = {**parts[-1], "topics": {}, "first": {}, "last": {}, "indexed": sum(part.get("indexed", 0) for part in parts)}
     for part in parts:
@@ -59,7 +59,8 @@ def as_one(parts):
 
 
 class ReferenceWriter:
-    """Writes to a file of `folder` every 50 ms, as a recorder does: the machine holds a recording up as long as this one."""
+    """Writes to a file in `folder` every 50 ms, as a recorder does. Its delays show by how long the machine delays a
+    recording."""
     PERIOD = 0.05  # [s]
 
     def __init__(self, folder):
@@ -97,7 +98,7 @@ class Recordings(FolderTest):
         return summary
 
     def both_ends(self, scene, *settings, parts=()):
-        """A slave and a master, both recorded; the slave is killed, the master ends as it should."""
+        """Records a slave and a master. The slave is killed, the master ends normally."""
         slave_file, master_file = self.out / "slave.mcap", self.out / "master.mcap"
         with Slave(SCENES / scene, *overrides(*settings), "--record", slave_file, *parts) as slave:
             self.good(MASTER, "connect", slave.address, "--duration", "3", "--record", master_file, *parts,
@@ -122,7 +123,7 @@ class Recordings(FolderTest):
         return seen
 
     def check_slave(self, slave_file):
-        """As far as it goes: it was killed."""
+        """Checks the recording of the killed slave up to its end."""
         if not READER:
             return
         seen = as_one(read(*files_of(slave_file)))
@@ -131,7 +132,7 @@ class Recordings(FolderTest):
         self.assertTrue(any(name.endswith(".yaml") for name in seen["attachments"]))
 
     def test_a_camera(self):
-        """In parts of a second: what is read under the one name is the whole."""
+        """The recording has parts of one second; all of them are read under its one name."""
         slave_file, master_file = self.both_ends("silicone-block.yaml", "model.elements=60", "operator.press.depth=2 mm",
                                                  parts=("--record-part", "1"))
         self.assertGreater(len(files_of(slave_file)), 1)
@@ -158,7 +159,7 @@ class Recordings(FolderTest):
 
     @staticmethod
     def is_same(kept, logged):
-        """Equal, but for what a number of seven digits leaves out."""
+        """Returns whether two values are equal to seven digits."""
         return kept == logged or abs(float(kept) - float(logged)) <= 1e-6 * abs(float(logged)) + 1e-12
 
     def export(self, master_file, seen):
@@ -166,7 +167,7 @@ class Recordings(FolderTest):
         try:
             from palpate.export import export
         except ImportError:
-            return  # python3-numpy or python3-protobuf is absent
+            return  # python3-numpy or python3-protobuf is not installed
         ticks, _ = export(master_file, self.out / "exported")
         self.assertEqual(ticks, seen["topics"]["/master/tick"])
         images = list((self.out / "exported/images").iterdir())

@@ -1,4 +1,4 @@
-"""Every sense from its scene to a force in the hand, once, and short enough for programs under sanitizers."""
+"""Each kind of sensing from its scene to a rendered force, once, and short enough for programs with sanitizers."""
 import math
 import unittest
 
@@ -8,7 +8,7 @@ SCENES = ROOT / "deploy/scenes"
 
 
 class EverySense(FolderTest):
-    """What a force must be like is asked elsewhere: here the whole way is walked and ends well."""
+    """Other tests judge the force. These only require that all programs run and end without error."""
 
     def process(self, scene, *settings):
         done = run(SLAVE, "process", SCENES / scene, "--out", self.out, *overrides(*settings))

@@ -1,4 +1,4 @@
-"""Slave and master together, as the demo runs them."""
+"""Slave and master together, as in the demo."""
 import fcntl
 import os
 import pathlib
@@ -13,7 +13,7 @@ import unittest
 from concurrent import futures
 
 import grpc
-from delaying_line import DelayingLine
+from delayed_link import DelayedLink
 from programs import BARE, BLOCK, MASTER, PATIENCE, ROOT, SLAVE, FolderTest, Slave, deep, free_port, read_json, read_rows, run, wait_until
 from tick_log import followed, press_until, whole_presses
 
@@ -24,7 +24,7 @@ LOG_START = ["t", "state", "p_M_x", "p_M_y", "p_M_z", "p_S_x", "p_S_y", "p_S_z"]
 
 
 def address_beyond_loopback():
-    """One of this machine's, by which others would reach it; None: there is none."""
+    """Returns an address of this machine other than loopback; None: there is none."""
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as any_way:
         try:
             any_way.connect(("192.0.2.1", 9))  # sends nothing
@@ -52,8 +52,8 @@ class Session(FolderTest):
             self.assertTrue(line, f"the operator never printed {word}")
 
     def test_datagrams_do_not_wait_for_a_slow_stream(self):
-        # The line delays the stream by 100 ms each way and knows nothing of datagrams, which go straight to the slave.
-        with Slave() as slave, DelayingLine(slave.address, 0.1) as line:
+        # The link delays the stream by 100 ms each way. Datagrams bypass it.
+        with Slave() as slave, DelayedLink(slave.address, 0.1) as line:
             report, printed = press_until(lambda rows: followed(rows) > 1500, line.address, self.out, "--datagrams")
         self.assertGreater(report["states_by_datagram"], 0.9 * report["states"], printed)
         self.assertLess(report["state_delay_us"]["p50"], 50e3)
@@ -71,8 +71,8 @@ class Session(FolderTest):
         self.assertEqual(left["states_by_datagram"], 0)
 
     def test_a_scripted_hand_feels_the_block(self):
-        # A 5 mm press of the 88 mm block takes 2.37 N (closed-form independent reference b); the hand may stop short
-        # or overshoot a little. States that a busy machine delays make it press deeper: then it presses again.
+        # A 5 mm press of the 88 mm block takes 2.37 N (closed-form independent reference b); the hand may stop short or
+        # overshoot a little. On a busy machine delayed states make it press deeper; then it presses again.
         with Slave() as slave:
             report, printed = press_until(lambda rows: any(1.5 < peak < 3.0 for peak in whole_presses(rows)), slave.address, self.out)
             self.assertEqual(slave.stop(), 0, "SIGTERM is a clean end")
@@ -82,7 +82,7 @@ class Session(FolderTest):
         error = report["force_error"]
         self.assertGreater(error["contact_ticks"], 500)
         print(f"force error {error['rms_N'] / report['force_peak_N']:.1%} of {report['force_peak_N']:.3f} N")
-        # Every elapsed millisecond is either a tick or a missed one, whatever the machine does.
+        # Every elapsed millisecond is either a tick or a missed tick.
         self.assertAlmostEqual((report["ticks"] + report["missed"]) / report["duration_s"], 1000, delta=1)
         rows = read_rows(self.out / "log.csv")
         self.assertEqual(list(rows[0])[: len(LOG_START)], LOG_START)
@@ -102,7 +102,7 @@ class Session(FolderTest):
             out.write("time_s,x,y,z,note\n")
             for i in range(300):  # 8 mm down within 2 s, then rest
                 out.write(f"{i * 0.01},0,{-0.008 * min(1, i / 200)},0,ignored\n")
-        with Slave() as slave:  # a busy machine may hold the tool, and the motion plays on
+        with Slave() as slave:  # a busy machine may hold the tool while the playback continues
             self.assertTrue(any(self.connect(slave.address, "--device", f"playback:{motion}")[0]["force_peak_N"] > 0.2 for _ in range(5)))
 
     def test_a_second_operator_is_refused_with_the_holder_of_the_lease(self):
@@ -143,7 +143,7 @@ class Session(FolderTest):
         address = f"127.0.0.1:{free_port()}"
         with subprocess.Popen([MASTER, "connect", address, "--wait", str(PATIENCE), "--duration", "1"], env=BARE,
                               stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True) as first:
-            # The master has found nobody: its channel is in the state that a later slave must end.
+            # The master has found no slave: its channel waits, and a later slave must end this.
             self.assertTrue(wait_until(lambda: len(os.listdir(f"/proc/{first.pid}/task")) > 2))
             time.sleep(0.5)
             with Slave(command=[SLAVE, "serve", BLOCK, "--listen", address, "--override", "model.elements=60"]):
@@ -219,7 +219,7 @@ class Unit(unittest.TestCase):
 
 class Signals(unittest.TestCase):
     def stopped(self, *command, when):
-        """Exit code of a program that gets SIGTERM as soon as `when` holds."""
+        """Sends SIGTERM to a program as soon as `when()` is true. Returns the exit code."""
         with subprocess.Popen([str(c) for c in command], stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL,
                               stderr=subprocess.DEVNULL, env=BARE) as program:
             try:
@@ -232,7 +232,8 @@ class Signals(unittest.TestCase):
 
     @staticmethod
     def catches_sigterm(program):
-        """The program blocks or catches SIGTERM (proc(5), status). While a thread is created all signals are blocked: that does not count."""
+        """Returns whether the program blocks or catches SIGTERM (proc(5), status). All signals blocked does not count:
+        this is so while a thread is created."""
         status = pathlib.Path(f"/proc/{program.pid}/status").read_text()
         masks = [int(line.split()[1], 16) for line in status.splitlines() if line.startswith(("SigBlk", "SigCgt"))]
         has = lambda mask, number: mask >> (number - 1) & 1
@@ -246,7 +247,7 @@ class Signals(unittest.TestCase):
                                       "model.elements=4000", when=self.catches_sigterm), 0)
 
     def hung_up(self, address, begun):
-        """A master on a terminal that goes away while it operates, and its threads before."""
+        """Starts a master on a terminal that is closed while it operates. Returns it and its threads before."""
         ours, its = os.openpty()
 
         def own_it():
@@ -270,10 +271,12 @@ class Signals(unittest.TestCase):
             self.assertEqual(master.wait(timeout=PATIENCE), 0)
 
     def test_where_that_is_to_be_nothing_it_goes_on_without_keys(self):
-        """As nohup wants it. A terminal that is gone is readable for ever: nobody may go on reading it."""
+        """With SIGHUP ignored, as by nohup, the master continues. A closed terminal is always readable, so its reader
+        must end."""
         with Slave(BLOCK, "--override", "model.elements=60") as slave:
             master, threads = self.hung_up(slave.address, lambda: signal.signal(signal.SIGHUP, signal.SIG_IGN))
-            # One of them read the keys. Their number may stay: gRPC begins threads when it likes.
+            # The thread that read the keys has ended. The number of threads may be the same, because gRPC starts
+            # threads at any time.
             self.assertTrue(wait_until(lambda: threads - set(os.listdir(f"/proc/{master.pid}/task"))))
             self.assertIsNone(master.poll())
             master.send_signal(signal.SIGTERM)

@@ -1,4 +1,5 @@
-"""Set-ups by calls, in any order with stops, operators, broken connections and a full disk: nothing is lost."""
+"""Set-ups by gRPC calls in random order with stops, operators, broken connections and a full disk: no saved scene is
+lost."""
 import os
 import pathlib
 import random
@@ -21,14 +22,14 @@ except unittest.SkipTest as error:
 import grpc
 from palpate.v1 import setup_pb2 as setups
 
-# Rounds of the random set-ups, and the seed of their order.
+# Number of random set-ups, and the seed of their order.
 ROUNDS = int(os.environ.get("PALPATE_SETUPS", 6))
 SEED = int(os.environ.get("PALPATE_SEED", 1))
 Phase = states.Phase
 
 
 def empty_png(width, height):
-    """A black image whose rows are compressed to almost nothing."""
+    """Returns a black image, which is compressed to almost nothing."""
     def chunk(name, data):
         return struct.pack(">I", len(data)) + name + data + struct.pack(">I", zlib.crc32(name + data))
     packer, data = zlib.compressobj(1), b""
@@ -61,13 +62,13 @@ class SetupTest(FolderTest):
 
     @staticmethod
     def again(call, request):
-        """The answer to a call; a slave that starts again is waited for."""
+        """Repeats a call until it is answered, because the slave may be restarting."""
         end = time.monotonic() + PATIENCE
         while True:
             try:
                 return call(request, timeout=PATIENCE, wait_for_ready=True)
             except grpc.RpcError as error:
-                # gRPC cancels what arrives while a server shuts down.
+                # gRPC cancels calls that arrive while a server shuts down.
                 if error.code() not in (grpc.StatusCode.UNAVAILABLE, grpc.StatusCode.CANCELLED) or time.monotonic() > end:
                     raise
             time.sleep(0.05)
@@ -79,7 +80,7 @@ class SetupTest(FolderTest):
         return self.again(self.stub.GetStatus, messages.GetStatusRequest())
 
     def is_changing(self):
-        """A change of settings is under way: another one is refused."""
+        """Returns whether a change of settings is in progress: then another proposal is rejected."""
         try:
             self.again(self.stub.ProposeScene, setups.SceneProposal())
         except grpc.RpcError as error:
@@ -87,7 +88,8 @@ class SetupTest(FolderTest):
         return False
 
     def settled(self):
-        """The modulus of the scene [kPa] that is served and saved, once no call is under way; None: there is none."""
+        """Waits until no call is in progress. Returns Young's modulus of the scene that is served and saved [kPa];
+        None: there is none."""
         served = []
 
         def is_settled():
@@ -101,7 +103,7 @@ class SetupTest(FolderTest):
         return proposal(setups, self.scene().setup_camera, self.rows, **changes)
 
     def use(self, scene, **options):
-        """(reply, code): UseScene, at a slave that may just start again."""
+        """Calls UseScene at a slave that may be restarting. Returns (reply, code)."""
         try:
             return self.stub.UseScene(scene, **{"timeout": 10 * PATIENCE, "wait_for_ready": True, **options}), grpc.StatusCode.OK
         except grpc.RpcError as error:
@@ -205,7 +207,7 @@ class Mistakes(SetupTest):
         self.start()
         good = self.proposal()
         self.camera.running.clear()
-        time.sleep(0.5)  # what was on its way has arrived
+        time.sleep(0.5)  # earlier messages have arrived
         error = self.refusal(self.stub.FindOutline, setups.FindOutlineRequest())
         self.assertIn("no new image", error.details())
         self.assertIn("no new image", self.stub.ProposeScene(good, timeout=PATIENCE).errors[0].message)
@@ -267,7 +269,7 @@ class Rounds(SetupTest):
         self.assertEqual(self.scene().material.young_modulus, served * 1e3)
 
     def refuse_old(self, former, present):
-        """Whoever has the settings of the scene before is not followed; who has the present ones is."""
+        """An operator with the settings of the previous scene is not followed; one with the present settings is."""
         operator = Operator(self.stub, former)
         time.sleep(1)
         operator.leave()
@@ -292,7 +294,7 @@ class Rounds(SetupTest):
         user.start()
         time.sleep(order.uniform(0, 2.5))
         delayed = bool(order.getrandbits(1))
-        if delayed:  # as near to the exchange as can be
+        if delayed:  # as close to the exchange as possible
             user.join(timeout=order.uniform(0, 5))
         stop()
         user.join(timeout=10 * PATIENCE)
@@ -306,7 +308,7 @@ class Rounds(SetupTest):
 
     def stop(self, order, modulus):
         def repeat():
-            """Until the slave confirms it, as the master does."""
+            """Repeats a stop until the slave confirms it, as the master does."""
             def is_confirmed():
                 try:
                     return self.stub.Stop(messages.StopRequest(reason="by the test"), timeout=5).phase == Phase.PHASE_ESTOP

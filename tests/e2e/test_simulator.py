@@ -1,4 +1,4 @@
-"""palpate-simulator: two recordings with one seed are equal files, another seed gives others; and a slave that it feeds
+"""palpate-simulator: recordings with the same seed are equal files and differ with another seed; a slave that it feeds
 estimates the true force."""
 import filecmp
 import subprocess
@@ -10,7 +10,7 @@ from tick_log import followed, press_until
 
 SCENES = ROOT / "deploy/scenes"
 SLOW = ["--override", "operator.press.speed=4 mm/s"]
-SHALLOW = ("--override", "operator.press.depth=2 mm")  # soon recorded
+SHALLOW = ("--override", "operator.press.depth=2 mm")  # takes a short time to record
 MIN_TICKS = 2000  # ticks in contact whose force is known
 
 
@@ -43,7 +43,7 @@ class Simulator(FolderTest):
                 process.kill()
 
     def press(self, scene, most):
-        """A slow press; `most`: largest rms error of the estimated force, over the peak."""
+        """Runs a slow press. `most` limits the rms error of the estimated force, relative to the peak."""
         log = self.out / "log.csv"
         with Slave(SCENES / f"{scene}.yaml", *SLOW) as slave:
             press_until(lambda rows: followed(rows) > 1.5 * MIN_TICKS, slave.address, self.out)
@@ -52,7 +52,7 @@ class Simulator(FolderTest):
         self.assertGreater(ticks, MIN_TICKS)
         self.assertLess(error, most)
 
-    # Twice what the offline runs of RESULTS have: the tool moves between samples.
+    # The limit is twice the error of the offline runs in RESULTS, because the tool moves between samples.
     def test_block(self):
         self.press("silicone-block", 0.01)
 

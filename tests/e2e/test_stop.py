@@ -1,6 +1,7 @@
-"""An emergency stop that is pressed after a reset stays, whatever the network does to both.
+"""An emergency stop after a reset remains, whatever the network does to the two calls.
 
-PALPATE_STOPS: number of trials with raw calls (default 40). For 15 of them there are two with the master, at least 5.
+PALPATE_STOPS: number of trials with raw calls (default 40). There are 2 / 15 as many trials with the master, at least
+5.
 """
 import os
 import pty
@@ -12,7 +13,7 @@ import time
 import unittest
 
 from programs import BARE, BIN, BLOCK, MASTER, PATIENCE, SLAVE, FolderTest, Slave, operate, wait_until
-from stalling_line import StallingLine
+from stalled_link import StalledLink
 
 TRIALS = int(os.environ.get("PALPATE_STOPS", 40))
 MASTER_TRIALS = max(5, TRIALS * 2 // 15)
@@ -27,7 +28,7 @@ class Stops(FolderTest):
         return entered
 
     def serve(self, *prefix):
-        """A slave that keeps its stops; `prefix`: the command that starts it."""
+        """Starts a slave that saves its stops. `prefix` is put before its command line."""
         self.state = pathlib.Path(tempfile.mkdtemp(dir=self.out))
         slave = self.enter(Slave(command=[*prefix, SLAVE, "serve", BLOCK, "--listen", "127.0.0.1:0", "--override",
                                           "model.elements=60", "--state-dir", self.state]))
@@ -60,23 +61,23 @@ class Stops(FolderTest):
             self.assertTrue(list(self.state.iterdir()), "its record stays")
         self.assertEqual(self.reset(second.stops).phase, self.states.PHASE_READY)
         self.assertFalse(list(self.state.iterdir()))
-        self.reset(0)  # nothing is stopped: the sensing starts again
+        self.reset(0)  # nothing is stopped, so this restarts the sensing
 
-    def trial(self, mode, line, stub, dice):
-        """Reset, then Stop; whether the tool is free afterwards, or its stop not kept."""
+    def trial(self, mode, link, stub, dice):
+        """Sends Reset, then Stop. Returns whether the tool is free afterwards or the stop is not saved."""
         known = self.status().stops
-        stub.GetStatus(self.messages.GetStatusRequest(), timeout=ANSWER)  # the connection is open
+        stub.GetStatus(self.messages.GetStatusRequest(), timeout=ANSWER)  # opens the connection
         if mode != "open":
-            line.stall()
+            link.stall()
         reset = stub.Reset.future(self.messages.ResetRequest(stops=known), timeout=ANSWER)
         time.sleep(dice.uniform(0, 0.004) if mode == "open" else dice.uniform(0.05, 0.2))
         stopper = self.direct if mode == "own connections" else stub
         stop = stopper.Stop.future(self.messages.StopRequest(reason="later"), timeout=ANSWER)
         time.sleep(0.02)
-        line.release()
+        link.release()
         if mode == "cut":
             time.sleep(dice.uniform(0, 0.005))
-            line.cut()
+            link.cut()
         if stop.exception() is not None:
             self.stop()  # an operator presses again until it is confirmed
         reset.exception()
@@ -90,10 +91,10 @@ class Stops(FolderTest):
         dice = random.Random(mode)
         options = [("grpc.enable_http_proxy", 0), ("grpc.initial_reconnect_backoff_ms", 50)]
         self.stop()
-        with StallingLine(slave.address) as line, grpc.insecure_channel(line.address, options=options) as channel:
+        with StalledLink(slave.address) as link, grpc.insecure_channel(link.address, options=options) as channel:
             stub = type(self.direct)(channel)
             trials = TRIALS // len(MODES)
-            free = sum(self.trial(mode, line, stub, dice) for _ in range(trials))
+            free = sum(self.trial(mode, link, stub, dice) for _ in range(trials))
         print(f"{mode}: free after a later stop in {free} of {trials} trials", flush=True)
         self.assertEqual(free, 0)
         self.reset(self.status().stops)
@@ -122,11 +123,11 @@ class Stops(FolderTest):
     def test_keys_of_a_master_on_a_terminal(self):
         dice = random.Random(8)
         slave = self.serve()
-        line = self.enter(StallingLine(slave.address))
+        link = self.enter(StalledLink(slave.address))
         keys, terminal = pty.openpty()
         self.addCleanup(os.close, keys)
         with open(self.out / "output", "w") as printed:
-            master = subprocess.Popen([MASTER, "connect", line.address, "--duration", "3600"], stdin=terminal, stdout=printed,
+            master = subprocess.Popen([MASTER, "connect", link.address, "--duration", "3600"], stdin=terminal, stdout=printed,
                                       stderr=subprocess.STDOUT, env=BARE)
         os.close(terminal)
         self.addCleanup(master.wait, PATIENCE)
@@ -137,12 +138,12 @@ class Stops(FolderTest):
             os.write(keys, b"\n")
             self.assertTrue(wait_until(self.is_stopped))
             time.sleep(0.5)
-            line.stall()
+            link.stall()
             os.write(keys, b"r\n")
             time.sleep(dice.uniform(0.1, 0.5))
             os.write(keys, b"\n")
             time.sleep(0.1)
-            line.release()
+            link.release()
             time.sleep(1)
             is_stopped = wait_until(self.is_stopped, patience=10)  # it may have been released for a moment
             time.sleep(0.5)

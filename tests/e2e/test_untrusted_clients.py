@@ -1,4 +1,5 @@
-"""A slave that is attacked while somebody operates it: it lives, stays small, hears the stop, and lets others in at once after.
+"""A slave that is attacked while an operator uses it keeps running, needs little memory, executes the emergency stop,
+and accepts new clients at once afterwards.
 
   test_untrusted_clients.py [--seconds 2] [--only REGEX]    prints a table; --seconds 30 for the figures of SECURITY.md
 """
@@ -21,14 +22,14 @@ ATTACKERS = 2           # processes
 
 
 def stolen():
-    """What the host gave to others, and all, of the machine's time so far."""
+    """Returns the processor time that the host gave to other machines, and all processor time so far."""
     times = [int(word) for word in pathlib.Path("/proc/stat").read_text().splitlines()[0].split()[1:9]]
     return times[7], sum(times)
 
 
 def held(log):
-    """How often the operator was held or thrown out between the first following and the emergency stop, and the oldest
-    state of that time [s]: who is held goes on by the next engagement, seconds later."""
+    """Returns how often the operator was held or disconnected between the first FOLLOWING and the emergency stop, and
+    the age of the oldest state in that time [s]."""
     ticks = whole_rows(log)
     states = [row["state"] for row in ticks]
     first = states.index("FOLLOWING")
@@ -40,7 +41,8 @@ def attack(name, seconds, out):
     with Slave() as slave:
         host, port = slave.address.split(":")
         address = (host, int(port))
-        fcntl.fcntl(slave.process.stderr, fcntl.F_SETPIPE_SZ, 4096)  # nobody reads its log, which is full at once
+        # The pipe of its log is full at once, because nothing reads it.
+        fcntl.fcntl(slave.process.stderr, fcntl.F_SETPIPE_SZ, 4096)
         log, report = out / "log.csv", out / "report.json"
         log.unlink(missing_ok=True)
         master = operate(slave.address, "--duration", "600", "--log", log, "--report", report)

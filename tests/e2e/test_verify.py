@@ -1,4 +1,4 @@
-"""Measured and estimated forces of a slave that serves, with a force sensor and with questions."""
+"""`verify` with a running slave: with a force sensor, and with answers typed by a person."""
 import signal
 import subprocess
 import time
@@ -13,8 +13,8 @@ class Verify(FolderTest):
         self.folder, self.out = self.out, self.out / "card"
 
     def test_a_correct_slave_that_is_operated_passes_against_its_sensor(self):
-        """The simulator's true force takes the place of a sensor's: both are sent as the true force. Each line is judged by an
-        interval of 95 %: the card of a correct slave fails now and then, and three times in a row never."""
+        """The simulator's true force replaces that of a sensor, since both are sent as the true force. Each line is
+        judged by an interval of 95 %, so a correct slave fails now and then, but not three times in a row."""
         with Slave(BLOCK) as slave:
             for _ in range(3):
                 master = operate(slave.address, "--duration", "7")
@@ -26,7 +26,7 @@ class Verify(FolderTest):
         self.assertEqual(read_json(self.out / "report.json")["cards"][0]["lines"]["magnitude"]["verdict"], "right")
 
     def test_answers_become_a_table_that_gives_the_same_card(self):
-        """Nothing touches the tool, so that a force that is reported as known is missing."""
+        """Nothing touches the tool, so the slave does not estimate the force that is entered as known."""
         answers = "none\nweight 100\nforce 0 1 0\nweight 100 g +y\nspring 200 N/m 5 mm +y\ndone\n"
         with Slave(BLOCK) as slave:
             asked = subprocess.run([SLAVE, "verify", BLOCK, "--connect", slave.address, "--hold", "0.5", "--out", self.out],
@@ -62,7 +62,7 @@ class Verify(FolderTest):
 
             answer("none", "states with a force")
             slave.process.send_signal(signal.SIGSTOP)
-            answer("force 0 1 0", "states with a force", stopped=1.0)  # longer than the load is watched
+            answer("force 0 1 0", "states with a force", stopped=1.0)  # longer than the load is observed
             self.assertEqual(self.holds(), {"0", "1"})
             slave.process.send_signal(signal.SIGSTOP)
             try:
@@ -77,7 +77,8 @@ class Verify(FolderTest):
         self.assertEqual(self.holds(), {"0", "1", "2"})
 
     def test_a_recording_is_compared_with_a_table(self):
-        """Its own forces, a quarter larger, serve as known ones, so that 0.8 of them is reported."""
+        """The recording's own forces, enlarged by a quarter, serve as known ones, so the report must state a factor of
+        0.8."""
         recording, loads = self.folder / "slave.mcap", self.folder / "loads.csv"
         with Slave(BLOCK, "--record", recording) as slave:
             master = run(MASTER, "connect", slave.address, "--duration", "4")

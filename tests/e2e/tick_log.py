@@ -1,4 +1,4 @@
-"""The master's log while it is written."""
+"""Reads the master's log while it is written."""
 import collections
 import csv
 import math
@@ -8,11 +8,12 @@ import time
 from programs import PATIENCE, operate, read_json, wait_until
 
 TICK = 0.001   # [s]
-KEPT = 60000   # rows, a minute
+KEPT = 60000   # rows of one minute
 
 
 class Log:
-    """Follows the master's log, of which it keeps the last minute; its clock as this machine's monotonic one."""
+    """Follows the master's log and keeps its last minute. `behind` is this machine's monotonic clock minus the log's
+    time [s]."""
 
     def __init__(self, file):
         self.file, self.position, self.rows, self.behind = file, 0, [], float("inf")
@@ -40,11 +41,12 @@ class Log:
         return max((force(row) for row in rows[-50:]), default=0)
 
     def states(self):
-        """Number of kept rows by state and reason."""
+        """Returns the number of kept rows by state and reason."""
         return dict(collections.Counter(f"{row['state']} {row['reason']}".strip() for row in self.rows))
 
     def fell_silent(self, since):
-        """Seconds from a monotonic time to the last tick with a force before a second without one; None: not yet."""
+        """Returns the time [s] from `since` (monotonic) to the last tick with a force that a second without force
+        follows, without lost ticks. None: there was no such second yet."""
         after = [row for row in self.follow() if float(row["t"]) + self.behind > since]
         estimated = [k for k, row in enumerate(after) if force(row) > 0]
         last = estimated[-1] if estimated else 0
@@ -55,8 +57,8 @@ class Log:
         return max(0.0, times[-1] + self.behind - since - lost) if estimated else 0.0
 
     def oldest_rendered(self, since):
-        """Age of the newest state [s] at the last tick with a force after a monotonic time, less what ticks were lost: no less
-        than the time since the event that ended the states."""
+        """Returns the age of the newest state [s] at the last tick with a force after `since` (monotonic), without lost
+        ticks. It is at least the time since the event that ended the states."""
         after = [row for row in self.rows if float(row["t"]) + self.behind > since]
         estimated = [k for k, row in enumerate(after) if force(row) > 0]
         if not estimated:
@@ -66,13 +68,13 @@ class Log:
 
 
 def whole_rows(file):
-    """All of a log so far."""
+    """Returns all complete rows of a log."""
     text = file.read_text() if file.exists() else ""
     return list(csv.DictReader(text[:text.rfind("\n") + 1].splitlines()))
 
 
 def times_held(states):
-    """How often FOLLOWING ended in HOLD or DISCONNECTED."""
+    """Counts how often FOLLOWING changed to HOLD or DISCONNECTED."""
     return sum(b in ("HOLD", "DISCONNECTED") and a == "FOLLOWING" for a, b in zip(states, states[1:]))
 
 
@@ -81,13 +83,13 @@ def force(row):
 
 
 def followed(rows):
-    """How many ticks followed with a force."""
+    """Counts the ticks in FOLLOWING with a force."""
     return sum(row["state"] == "FOLLOWING" and force(row) > 0 for row in rows)
 
 
 def whole_presses(rows):
-    """The largest true force [N] of each press that was followed from before the first contact until it was left."""
-    peaks, peak = [], None  # peak: None before a tick that followed and touched nothing
+    """Returns the largest true force [N] of each press that was in FOLLOWING from before the contact until after it."""
+    peaks, peak = [], None  # peak is None until a tick in FOLLOWING without force
     for row in rows:
         if row["state"] != "FOLLOWING":
             peak = None
@@ -101,8 +103,8 @@ def whole_presses(rows):
 
 
 def press_until(enough, address, folder, *arguments):
-    """(report, output) of a simulated operator who presses until `enough` of the rows of log.csv so far. A busy machine may
-    hold the tool at any time: the operator then engages again, as a person does."""
+    """Runs a simulated operator until `enough(rows)` is true for the rows of log.csv. Returns (report, output). A busy
+    machine may hold the tool at any time; the operator then engages again, as a person does."""
     log = Log(folder / "log.csv")
     with (folder / "output").open("w") as printed:
         master = operate(address, "--report", folder / "report.json", "--log", log.file, *arguments, stdout=printed)

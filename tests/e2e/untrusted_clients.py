@@ -1,4 +1,4 @@
-"""What strangers do to a port that speaks HTTP/2 in plain text: bytes by hand, no library between."""
+"""Attacks on a port with HTTP/2 in plain text. The bytes are built by hand, without a library."""
 import random
 import socket
 import struct
@@ -16,7 +16,8 @@ def frame(kind, flags, stream, payload=b""):
 
 
 def literal(name, value):
-    """A header field never indexed, without Huffman: RFC 7541, 6.2.3. Shorter than 127 bytes."""
+    """Encodes a header field that is never indexed, without Huffman coding: RFC 7541, 6.2.3. Name and value are shorter
+    than 127 bytes."""
     return b"\x10" + bytes([len(name)]) + name.encode() + bytes([len(value)]) + value.encode()
 
 
@@ -31,7 +32,7 @@ def message(body=b""):
 
 
 def call(stream, path, body=b"", ends=True):
-    """A whole call with one message, or one that goes on without a message."""
+    """Encodes a call: complete with one message, or open and without a message."""
     headers = frame(HEADERS, END_HEADERS, stream, call_headers(path))
     return headers + (frame(DATA, END_STREAM, stream, message(body)) if ends else b"")
 
@@ -45,7 +46,7 @@ def connect(address, greets=True):
 
 
 def answers(address, patience):
-    """Seconds until a status was received on a new connection; None: not within `patience`."""
+    """Returns the time until a status was received on a new connection [s]; None: not within `patience`."""
     start = time.monotonic()
     while time.monotonic() - start < patience:
         try:
@@ -60,7 +61,7 @@ def answers(address, patience):
 
 
 def has_trailers(line):
-    """Reads until the only call of `line` has its trailers; acknowledges what wants to be."""
+    """Reads until the only call of the connection `line` has its trailers. Acknowledges settings and pings."""
     seen = b""
     while True:
         while len(seen) >= 9 and len(seen) >= 9 + int.from_bytes(seen[:3], "big"):
@@ -79,7 +80,7 @@ def has_trailers(line):
 
 
 class Stopper:
-    """A client that is there already, pings as our masters do, and calls Stop."""
+    """A client that is connected before the attack, pings as palpate-master does, and calls Stop."""
 
     def __init__(self, address):
         self.line, self.stream = connect(address), 1
@@ -91,7 +92,7 @@ class Stopper:
             time.sleep(min(left, 1))
 
     def stop(self):
-        """Seconds until the reply was there whole."""
+        """Calls Stop. Returns the time until the complete reply [s]."""
         start = time.monotonic()
         self.line.sendall(call(self.stream, OURS + "Stop"))
         self.stream += 2
@@ -101,7 +102,7 @@ class Stopper:
 
 
 def flood(address, end, chunks):
-    """Sends what `chunks()` yields, over and over, on new connections when it is cut."""
+    """Sends the chunks of `chunks()` repeatedly. Reconnects when the connection is closed."""
     while time.monotonic() < end:
         try:
             with connect(address) as line:
@@ -144,7 +145,7 @@ def pings():
 
 
 def hold(address, end, count, words, receive_buffer=None):
-    """Keeps `count` connections that sent `words`; those that were cut come again."""
+    """Keeps `count` connections that sent `words`. Replaces closed ones."""
     lines = []
     while time.monotonic() < end:
         while len(lines) < count:
@@ -183,7 +184,7 @@ def random_bytes(address, end):
 
 
 def set_models(address, end):
-    """Bursts of calls for another model, given up after a second."""
+    """Calls for another model in bursts, and abandons them after a second."""
     body = b"\x0a\x05bem2d"  # kind
     while time.monotonic() < end:
         try:
@@ -206,7 +207,7 @@ def video_watchers(address, end):
     hold(address, end, 64, words + call(1, OURS + "WatchImages", b"\x10\x01\x18\x64"), 4096)
 
 
-# What is asked of a slave under each of them: see test_untrusted_clients.py.
+# test_untrusted_clients.py states what a slave must do under each attack.
 ATTACKS = {
     "idle streams": idle_streams,
     "1100 idle connections": lambda address, end: hold(address, end, 1100, b""),

@@ -34,7 +34,7 @@ class ZebrafishTest : public testing::Test {
     return cv::imread((kImages / name).string(), cv::IMREAD_UNCHANGED);
   }
 
-  // The pixel size only labels lengths here: these images come without a scale.
+  // The images have no scale, so the pixel size is nominal.
   static Scene MicroscopeScene() {
     Scene scene;
     scene.sense.Set(CameraOptions{.camera = Camera{.pixel = 4e-6}});
@@ -117,8 +117,8 @@ TEST_F(ZebrafishTest, DrosophilaEmbryosAreFound) {
   }
 }
 
-// Looked at by a person: a pipette's mouth and its flare, a dish's rim, embryos out of focus or
-// with a torn shell. An outline of these is wrong and nobody would say so.
+// A person selected these images: a pipette's mouth and its flare, a dish's rim, embryos out of
+// focus or with a torn shell. A found outline would be wrong without a flag.
 TEST_F(ZebrafishTest, WhereNoEmbryoIsClearNoContourIsFound) {
   for (const std::string name :
        {"drosophila_view1_004.jpg", "drosophila_view1_068.jpg", "zf_Camera_image_captured_1_GN.jpg",
@@ -202,8 +202,8 @@ std::vector<Mark> Marks() {
           {"zf_divided_img_dish_1_image_3_1_3.jpg", {}}};
 }
 
-// Every template in every image but its own: within 10 px of the mark, or not found. Another kind
-// of pipette looks like this one along half its length.
+// Searches every template in all other images: it must be found within 10 px of the mark, or not
+// found. Another kind of pipette looks like this one along half its length.
 TEST_F(ZebrafishTest, ATipIsAtItsMarkOrLost) {
   struct Pipette {
     std::string from;
@@ -236,8 +236,8 @@ TEST_F(ZebrafishTest, ATipIsAtItsMarkOrLost) {
   EXPECT_GE(found, marked / 3) << "lost everywhere is no tracker";
 }
 
-// The image itself moved by a known way: reference exact but for the resampling (cubic, of a
-// image without sharp detail), new noise added. 0.1 px.
+// The image is shifted by a known amount and gets new noise. The reference is exact except for the
+// resampling (cubic, of an image without sharp detail). Tolerance: 0.1 px.
 TEST_F(ZebrafishTest, ThePipetteIsFollowedToATenthOfAPixel) {
   const std::string name = "zf_Old_yolov3_image_captured1.jpg";
   const Eigen::Vector2d tip(629, 288);

@@ -1,4 +1,4 @@
-// The fuzzer's bytes as files: the readers under test take paths.
+// Writes the fuzzer's bytes to files, since the readers under test take paths.
 #pragma once
 
 #include <cstddef>
@@ -13,7 +13,7 @@
 
 namespace palpate::fuzz {
 
-// A folder of this process alone, in memory where the system has such a place.
+// Returns a private folder of this process, in memory if the system has such a file system.
 inline const std::filesystem::path& Folder() {
   static const std::filesystem::path folder = [] {
     const std::filesystem::path shared = "/dev/shm";
@@ -35,7 +35,8 @@ inline std::filesystem::path Write(const std::string& name, std::string_view byt
   return file;
 }
 
-// The input: a first byte that chooses among `kinds` ways to read, and what is read.
+// The fuzzer's input: the first byte selects one of `kinds` readers, the rest is the file's
+// content.
 struct Input {
   std::size_t kind = 0;
   std::string_view bytes;

@@ -1,5 +1,5 @@
-// Mesh files of every kind, and the check of what was read. TetGen's two files stand in one input,
-// the line `%%` between them.
+// Reads mesh files of every format and checks the mesh. For TetGen's two files, the line `%%`
+// separates them in the input.
 #include <array>
 #include <stdexcept>
 #include <variant>

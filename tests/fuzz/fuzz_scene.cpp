@@ -1,4 +1,5 @@
-// A scene: every mistake is a SceneError, whose data is short; so is that of any other message.
+// Reads a scene. Every mistake must give a SceneError with short text; the text of any other
+// message must be short, too.
 #include <cstdlib>
 #include <string>
 

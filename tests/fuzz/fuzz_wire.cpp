@@ -1,4 +1,4 @@
-// Messages as they come from the other side: what is accepted is finite.
+// Messages as received from the peer: accepted values must be finite.
 #include <stdexcept>
 #include <string>
 
@@ -26,7 +26,8 @@ void Read(std::size_t kind, std::string_view bytes) {
       const auto command = FromProto(Parsed<v1::OperatorCommand>(bytes), &reason);
       v1::OperatorCommand again;
       if (command) ToProto(*command, &again);
-      if (command && !FromProto(again, &reason)) std::abort();  // what is accepted goes round
+      // An accepted message survives another conversion.
+      if (command && !FromProto(again, &reason)) std::abort();
       return;
     }
     case 1: {

@@ -1,8 +1,8 @@
 #!/usr/bin/env bash
-# Feeds the readers with what nobody meant to write, by libFuzzer of clang 16 (clang 14 lets no lambda see structured
-# bindings): deploy/install.sh fuzz. What makes one crash, hang or take more than it may is kept in build/fuzz/found, and
-# the exit code is 1.
-# usage: tests/fuzz/run.sh [--seconds N] [TARGET...]   (60 s for each of: all)
+# Fuzzes the readers with libFuzzer of clang 16 (in clang 14 lambdas cannot capture structured bindings):
+# deploy/install.sh fuzz. Inputs that crash, hang or exceed the limits are kept in build/fuzz/found; then the exit code
+# is 1.
+# usage: tests/fuzz/run.sh [--seconds N] [TARGET...]   (60 s for each target, all by default)
 set -euo pipefail
 cd "$(dirname "$0")/../.."
 
@@ -30,7 +30,7 @@ for target in "${targets[@]}"; do
     -print_final_stats=1 -artifact_prefix="build/fuzz/found/$target-")
   [ -f "build/fuzz/seeds/$target.dict" ] && options+=(-dict="build/fuzz/seeds/$target.dict")
   log=build/fuzz/found/$target.log
-  # OpenCV's readers keep what they once allocated; leaks of our own are found by the sanitized tests.
+  # OpenCV's readers never free some memory. Leaks of Palpate are detected by the sanitized tests.
   nice ./build/fuzz/bin/"fuzz_$target" "${options[@]}" -detect_leaks=0 "$corpus" "build/fuzz/seeds/$target" >"$log" 2>&1 ||
     failed+=("$target")
   grep -E "^(SUMMARY|==.*ERROR|stat::(number_of_executed|peak_rss))|Test unit written" "$log" || true

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Small inputs to start the fuzzers with: seeds.py FOLDER makes FOLDER/TARGET/* and FOLDER/TARGET.dict.
+"""Makes small seed inputs for the fuzzers: seeds.py FOLDER makes FOLDER/TARGET/* and FOLDER/TARGET.dict.
 
 Where a target reads several kinds of files, the first byte of an input says which (see fuzz_TARGET.cpp).
 """
@@ -32,7 +32,7 @@ def dictionary(folder, target, words):
 
 
 def strings_of(*patterns):
-    """The words that readers compare with: short string literals of their sources."""
+    """Returns the keywords that readers compare with: short string literals of their sources."""
     words = set()
     for pattern in patterns:
         for source in ROOT.glob(pattern):
@@ -143,7 +143,7 @@ def messages(folder):
         "SetParametersRequest": (3, ""), "SetModelRequest": (4, ""), "SurfacePatch": (5, "epoch: 1"),
         "PatchLaw": (6, "epoch: 1 revision: 1"), "WatchStateRequest": (7, "max_rate: 30")}
     for name, (kind, text) in messages.items():
-        # Field names may have grown since; an empty message is a seed, too.
+        # If a field was renamed, the seed is an empty message.
         encoded = subprocess.run(["protoc", f"--proto_path={ROOT}/proto", f"--encode=palpate.v1.{name}",
                                   "palpate/v1/teleoperation.proto"], input=text.encode(), capture_output=True)
         write(folder, "wire", name, encoded.stdout, kind)

@@ -1,6 +1,6 @@
 #!/usr/bin/python3
-"""Sends calls of the set-up that nobody meant to send to a live `serve --setup`, and to the page of a master: random keys, sizes,
-names, images and bodies, and calls that are cancelled. Exit code 1: a program ended, took more than 200 MB, left a file that a set-up
+"""Sends random set-up calls to a live `serve --setup`, and to the page of a master: random keys, sizes, names, images
+and bodies, and calls that are cancelled. Exit code 1: a program ended, took more than 200 MB, left a file that a set-up
 does not have, or did not recover.
 
 usage: tests/fuzz/setup_calls.py [--seconds N] [--seed N]   (60 s; of build/release, or PALPATE_BIN)
@@ -41,7 +41,7 @@ class Fuzzer:
         self.stub, self.page, self.scene, self.rows = stub, page, scene, rows
         self.random = random.Random(seed)
         self.counts = collections.Counter()
-        self.last = {}  # what the newest error of each code stated
+        self.last = {}  # message of the newest error of each code
 
     def word(self):
         draw = self.random.random()
@@ -54,7 +54,7 @@ class Fuzzer:
         return "".join(chr(self.random.randrange(1, 0x250)) for _ in range(self.random.randrange(30)))
 
     def text(self):
-        """The good scene with a few mistakes."""
+        """Returns the valid scene with a few random mistakes."""
         lines = self.scene.scene.splitlines()
         for _ in range(self.random.choice([0, 1, 1, 1, 2, 5])):
             i, draw = self.random.randrange(len(lines)), self.random.randrange(7)
@@ -96,7 +96,7 @@ class Fuzzer:
         if draw < 0.4:
             return self.bytes(png(640, 480, 8, self.rows))
         width, height = (self.random.choice([1, 3, 16, 640, 5000, 20_000]) for _ in range(2))
-        size = min(height, 2_000_000 // width + 1)  # fewer rows than the header says
+        size = min(height, 2_000_000 // width + 1)  # fewer rows than the header states
         return png(width, height, 8, [bytes(width)] * size)
 
     def proposal(self):
@@ -116,7 +116,7 @@ class Fuzzer:
         return scene
 
     def request(self):
-        """(name on the page, call, request)."""
+        """Returns a random (name on the page, call, request)."""
         draw = self.random.random()
         if draw < 0.55:
             return "propose", self.stub.ProposeScene, self.proposal()
@@ -182,14 +182,14 @@ def start_master(address):
                               stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, env=BARE)
     for line in master.stdout:
         if match := re.search(r"view at (\S+)", line):
-            # A master waits for whoever does not read what it writes.
+            # The output is read, because a full pipe would block the master.
             threading.Thread(target=collections.deque, args=(master.stdout, 20), daemon=True).start()
             return master, match[1]
     raise AssertionError("the master ended")
 
 
 def strange_files(folder):
-    # Folders come and go meanwhile: os.walk passes over one that is gone.
+    # Folders change meanwhile; os.walk skips removed ones.
     paths = [pathlib.Path(parent, name) for parent, folders, files in os.walk(folder) for name in folders + files]
     return [str(path) for path in paths if not ALLOWED.fullmatch(str(path.relative_to(folder)))]
 
@@ -214,7 +214,8 @@ def main():
             end = time.monotonic() + options.seconds
             while time.monotonic() < end and not found:
                 fuzzer.step()
-                if "lease is held" in fuzzer.last.pop("FAILED_PRECONDITION", ""):  # a used scene has a manipulator: the master operates
+                # The scene in use has a manipulator, so the master operates.
+                if "lease is held" in fuzzer.last.pop("FAILED_PRECONDITION", ""):
                     master.terminate()
                     master.wait(timeout=PATIENCE)
                     if not wait_until(lambda: fuzzer.call("use", stub.UseScene, scene)):
@@ -226,7 +227,8 @@ def main():
                     found.append(f"the master ended: {master.returncode}")
                 elif memory(slave.process.pid, "VmHWM") > MAX_MB:
                     found.append(f"the slave took {memory(slave.process.pid, 'VmHWM'):.0f} MB")
-                elif strange_files(saved) and not wait_until(lambda: not strange_files(saved)):  # a file that is written has another name
+                # A file has a temporary name while it is written.
+                elif strange_files(saved) and not wait_until(lambda: not strange_files(saved)):
                     found.append(f"files: {strange_files(saved)}")
             if not found:
                 def recovers():

@@ -103,7 +103,7 @@ void JoinedSlave::StopDuringNextReset() {
   };
 }
 
-// Like LiveSlave: a command of other settings moves nothing.
+// As in LiveSlave, a command for another settings revision does not move the tool.
 bool JoinedSlave::Command(const OperatorCommand& command) noexcept {
   OperatorCommand checked = command;
   if (command.settings_revision != 0 && command.settings_revision != revision()) {

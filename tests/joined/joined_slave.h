@@ -1,5 +1,5 @@
-// A slave with the real operator port, estimate and emergency stop. Its object is a soft wall below
-// y = 0, and its tool is at its target immediately. The test sets the time.
+// A slave with the product's operator port, estimate and emergency stop. Its object is a soft wall
+// below y = 0, and its tool reaches its target immediately. The test sets the time.
 #pragma once
 
 #include <cstdint>
@@ -33,7 +33,7 @@ class InstantTool final : public Manipulator {
   Eigen::Vector3d p_S_tip_{0, 1e-3, 0};
 };
 
-// A record whose removal can take a while: `during_end` runs in it.
+// A stop record whose removal calls `during_end`, to simulate a slow removal.
 class SlowStopRecord final : public StopRecord {
  public:
   void End() override;
@@ -51,9 +51,8 @@ class JoinedSlave final : public FakeSlave {
   // `clock`: the slave's.
   explicit JoinedSlave(std::function<Time()> clock);
 
-  // --- for tests.
-  // Estimates the contact at the present tip. `force`: what is estimated [N]; nullopt: the true
-  // one.
+  // --- for tests. Estimates the contact at the current tip. `force`: estimated force [N]; nullopt:
+  // the true one.
   void Sense(std::optional<double> force = {});
   // The watchdog's work.
   void Watch();
@@ -95,7 +94,7 @@ class JoinedSlave final : public FakeSlave {
   LatestEstimate newest_;
   SlowStopRecord record_;
   StopControl stop_control_{port_, record_};
-  mutable std::mutex mutex_;  // guards what follows
+  mutable std::mutex mutex_;  // guards the members below
   std::map<std::uint32_t, Scales> scales_{{1, {}}};
   std::uint64_t sample_ = 0, stops_ = 0, ended_stops_ = 0;
   std::jthread other_client_;  // of StopDuringNextReset

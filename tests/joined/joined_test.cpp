@@ -1,4 +1,5 @@
-// The whole way of a command and of a state, in random schedules on one clock.
+// Tests the complete path of commands and states between master and slave, with random schedules on
+// one clock.
 #include <cstdint>
 #include <string>
 

@@ -21,7 +21,7 @@
 namespace palpate {
 namespace {
 
-// Presses 3 mm deep and back once a second.
+// A device that presses 3 mm deep and retreats once per second.
 class Hand final : public TestDevice {
  public:
   std::atomic<bool> is_engaged{false}, is_faulty{false};
@@ -78,7 +78,8 @@ class JoinedThreadsTest : public testing::Test {
     Until([&] { return Clock::now() >= end; });
   }
 
-  // Follows. As a person does, the operator resets a stop, and engages again after a hold.
+  // Makes the tool follow. Like a person, the operator resets a stop and engages again after a
+  // hold.
   bool Follows() {
     const auto follows = [this] { return slave_.view().phase == Phase::kFollowing; };
     return Until([&] {
@@ -146,7 +147,7 @@ TEST_F(JoinedThreadsTest, StopsResetsSettingsAndFaultsLeaveEveryInvariantIntact)
     For(0.02);
     hand_.is_engaged = true;
     For(0.03);
-    // A stop by another thread may be under way.
+    // Another thread may be calling the stop at this time.
     EXPECT_TRUE(Until([&] {
       const bool is_stopped = slave_.view().phase == Phase::kEstop;
       return is_stopped == slave_.is_stop_recorded() && (is_stopped || !slave_.has_open_stop());
@@ -155,7 +156,7 @@ TEST_F(JoinedThreadsTest, StopsResetsSettingsAndFaultsLeaveEveryInvariantIntact)
   loop_.stops().Request();
   EXPECT_TRUE(Until([&] { return !loop_.stops().is_wanted(); }));
   EXPECT_EQ(slave_.view().phase, Phase::kEstop);
-  // A call of the stop that is still on its way stops once more.
+  // A stop call that is still in transit stops the tool once more.
   EXPECT_TRUE(Until([&] { return link_.calls().Reset(link_.calls().known_stops()).empty(); }));
   EXPECT_TRUE(Follows());
 }

@@ -1,5 +1,5 @@
-// The force that the master renders from the same images, whether they come from the simulated
-// camera, from a driver, or from a slave that records.
+// The master must render the same force from the same images, whether they come from the simulated
+// camera, from a driver or from a slave that records.
 #include <cmath>
 #include <filesystem>
 #include <memory>

@@ -14,11 +14,11 @@
 namespace palpate {
 namespace {
 
-constexpr double kLength = 0.8;       // of a schedule [s]
-constexpr double kQuiet = 0.6;        // after it, without faults [s]
-constexpr double kEventEvery = 0.08;  // mean [s]
+constexpr double kLength = 0.8;             // of a schedule [s]
+constexpr double kTimeWithoutFaults = 0.6;  // after it, without faults [s]
+constexpr double kEventEvery = 0.08;        // mean [s]
 constexpr double kSamplePeriod = 1.0 / 60;
-constexpr double kAbsurdForce = 1e10;  // the wire allows it, the loop does not [N]
+constexpr double kInvalidForce = 1e10;  // the wire allows it, the loop does not [N]
 
 // Time from the last state that the loop used to zero force [s]: link timeout 30 ms, hold 10 ms,
 // fade 40 ms, the slew limit's 3.3 N / (0.2 N/ms), and two ticks.
@@ -69,11 +69,12 @@ std::string Schedule::Run() {
     if (dice_.Chance(SecondsOf(kHapticPeriod) / kEventEvery)) Happen();
     Step();
   }
-  // All that was asked reaches the other end once the line is sound.
+  // All requests reach the other end once the link works again.
   to_slave_.quality.loss = to_master_.quality.loss = 0;
   is_engaged_ = false;
-  lies_until_ = fault_until_ = {};
-  for (const Time quiet = end + Seconds(kQuiet); now_ < quiet && violation_.empty();) Step();
+  invalid_states_until_ = fault_until_ = {};
+  for (const Time quiet = end + Seconds(kTimeWithoutFaults); now_ < quiet && violation_.empty();)
+    Step();
   Expect(!loop_.stops().is_wanted(), "a requested stop is confirmed");
   Expect(stops_arrived_ == loop_.stops().asked(), "a requested stop reaches the slave");
   Expect(loop_.record().chain.sent.isZero(0), "a disengaged operator gets no force");
@@ -102,7 +103,7 @@ void Schedule::Happen() {
     case 0:
       PressStop();
       break;
-    case 1:  // by the call of Stop, which acts beside the stream
+    case 1:  // by a call of Stop, which is independent of the stream
       PressStop();
       CallSlave([this, asked = loop_.stops().asked()] {
         slave_.EmergencyStop("call");
@@ -143,7 +144,7 @@ void Schedule::Happen() {
       fault_until_ = now_ + Seconds(dice_.Between(0.001, 0.030));
       break;
     case 6:
-      lies_until_ = now_ + Seconds(dice_.Between(0.02, 0.4));
+      invalid_states_until_ = now_ + Seconds(dice_.Between(0.02, 0.4));
       break;
     case 7:
       to_slave_.Cut(now_ + Seconds(dice_.Between(0.02, 0.3)));
@@ -206,8 +207,8 @@ void Schedule::RunSlave() {
   });
   if (now_ >= next_sample_) {
     next_sample_ = now_ + Seconds(kSamplePeriod);
-    const bool lies = now_ < lies_until_;
-    slave_.Sense(lies ? std::optional(kAbsurdForce) : std::nullopt);
+    const bool is_invalid = now_ < invalid_states_until_;
+    slave_.Sense(is_invalid ? std::optional(kInvalidForce) : std::nullopt);
   }
   slave_.Watch();
   CheckSlave();

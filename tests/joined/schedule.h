@@ -19,15 +19,16 @@
 
 namespace palpate {
 
-// The messages on the link, and what the test knows of them.
+// The messages on the link, with the data that the test records about them.
 struct CommandPacket {
   v1::OperatorCommand message;
-  std::uint32_t stops_asked = 0;    // by the operator, if the command carries the stop
+  // Stops requested by the operator, if this command carries the stop.
+  std::uint32_t stops_asked = 0;
   std::uint64_t used_sequence = 0;  // of the state that the loop used in this tick
 };
 struct StatePacket {
   v1::SlaveState message;
-  std::uint32_t stops_arrived = 0;  // with commands, at the slave
+  std::uint32_t stops_arrived = 0;  // number of stops that arrived at the slave with commands
 };
 
 struct LineQuality {
@@ -42,7 +43,7 @@ class Line {
  public:
   LineQuality quality;
 
-  // Nothing arrives until `end`; the stream then delivers all at once.
+  // Cuts the link: nothing arrives until `end`; the stream then delivers everything at once.
   void Cut(Time end) { cut_until_ = std::max(cut_until_, end); }
   void Send(Time now, const Packet& packet, Dice* dice) {
     const auto arrival = [&] {
@@ -69,7 +70,7 @@ class Line {
   }
 
  private:
-  std::multimap<Time, Packet> stream_, datagrams_;  // by arrival
+  std::multimap<Time, Packet> stream_, datagrams_;  // by arrival time
   Time last_arrival_{}, cut_until_{};
 };
 
@@ -94,7 +95,8 @@ class Schedule {
   // The request for a stop that was pressed as number `asked` is at the slave.
   void NoteStop(std::uint32_t asked);
   [[nodiscard]] DeviceReading Read() const;
-  // Later, at the slave. Calls that a cut line held up arrive together, in any order.
+  // Calls the slave after the link's delay. Calls that a cut link delayed arrive together, in any
+  // order.
   void CallSlave(std::function<void()> call);
   void Expect(bool holds, const std::string& invariant);
   void CheckSlave();
@@ -114,8 +116,9 @@ class Schedule {
   OperatorLease::Ticket ticket_ = 0;
   class Reader;
   std::shared_ptr<Reader> reader_;
-  std::multimap<Time, std::function<void()>> calls_;  // by their time at the slave, or the answer's
-  Time lies_until_{};                                 // states that the loop rejects
+  // By arrival time of the call or of its answer.
+  std::multimap<Time, std::function<void()>> calls_;
+  Time invalid_states_until_{};  // states that the loop rejects
   Time next_sample_{}, next_state_{};
   double state_period_ = 0.005;  // [s]
 
@@ -126,17 +129,17 @@ class Schedule {
   SpscRing<TickRecord> records_{64};
   RoundTrips trips_;
   std::atomic<std::uint64_t> states_received_{0}, states_by_datagram_{0};
-  std::uint64_t known_stops_ = 0;  // that the slave reported
+  std::uint64_t known_stops_ = 0;  // number of stops that the slave reported
   HapticLoop loop_;
   std::optional<OperateExchange> exchange_;
   bool is_engaged_ = false;
   Time fault_until_{};
-  double depth_ = 2e-3, frequency_ = 1;  // of the hand's motion [m], [Hz]
+  double depth_ = 2e-3, frequency_ = 1;  // of the device's motion [m], [Hz]
 
   Line<CommandPacket> to_slave_;
   Line<StatePacket> to_master_;
 
-  // What the invariants need.
+  // Data of a sent state that the invariants need.
   struct Sent {
     Phase phase = Phase::kReady;
     std::uint32_t stops_arrived = 0, revision = 0;
@@ -147,7 +150,8 @@ class Schedule {
   std::uint32_t presses_ = 0,
                 open_press_ = 0;  // the latter: newest stop that is not ended; 0: none
   std::map<std::uint32_t, std::uint32_t> presses_of_stops_;  // by their number
-  std::uint64_t used_sequence_ = 0;  // by the loop, as accepted commands report it
+  // State that the loop used last, according to accepted commands.
+  std::uint64_t used_sequence_ = 0;
   Time used_newer_at_{};             // slave's clock
   std::uint64_t loop_sequence_ = 0;  // of the state that the loop used last
   Time loop_newer_at_{};             // master's clock

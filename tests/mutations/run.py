@@ -36,10 +36,10 @@ class Tree:
 
     def __init__(self, folder):
         self.folder = folder
-        self.seconds = {}  # of each test without a fault
+        self.seconds = {}  # duration of each test without a fault [s]
         self.failing = set()  # tests that fail without a fault
         folder.parent.mkdir(parents=True, exist_ok=True)
-        shared = folder.parent / "shared"  # tests look for it beside the tree
+        shared = folder.parent / "shared"  # tests look for this folder beside the tree
         if not shared.is_symlink():
             shared.symlink_to(ROOT.parent / "shared")
         if not folder.exists():
@@ -87,7 +87,7 @@ class Tree:
             self.seconds[test] = time.monotonic() - began
 
     def try_fault(self, fault, full):
-        """Outcome and the test that found it."""
+        """Tests one fault. Returns the outcome and the test that found it."""
         if not self.apply(fault.patch):
             return NOT_APPLIED, ""
         try:

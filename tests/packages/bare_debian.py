@@ -1,4 +1,4 @@
-"""A bare Debian 12 in a folder: commands and servers in it, and network namespaces that join two of them."""
+"""Runs commands and servers in a minimal Debian 12 in a folder, and connects two of them by network namespaces."""
 import contextlib
 import os
 import pathlib
@@ -13,7 +13,7 @@ PATIENCE = 600
 
 
 def must(*command, **options):
-    """Runs to the end; its output. Raises AssertionError with all of its output if it fails."""
+    """Runs a command to its end and returns its output. Raises AssertionError with the output if it fails."""
     done = subprocess.run([str(word) for word in command], stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.STDOUT,
                           text=True, timeout=PATIENCE, **options)
     if done.returncode != options.get("code", 0):
@@ -22,23 +22,23 @@ def must(*command, **options):
 
 
 def processor_seconds():
-    """Of the children that have ended."""
+    """Returns the processor time of the children that have ended [s]."""
     used = resource.getrusage(resource.RUSAGE_CHILDREN)
     return used.ru_utime + used.ru_stime
 
 
 class BareDebian:
-    """Made with tests/bare_root.sh in `folder`, whose parent is made for it; there within the `with` block."""
+    """A minimal Debian 12, made by tests/bare_root.sh in `folder`. It exists within the `with` block."""
 
     def __init__(self, folder):
         self.folder = pathlib.Path(folder)
 
     def __enter__(self):
-        # In memory: dpkg waits for the disk after each file.
+        # The folder is in memory, because dpkg waits for the disk after each file.
         self.folder.parent.mkdir()
         must("mount", "-t", "tmpfs", "-o", "size=4G", "tmpfs", self.folder.parent)
         must(ROOT / "tests/bare_root.sh", self.folder, "true", env=os.environ | {"CACHE": str(BIN.parent / "debootstrap")})
-        must("rm", "-rf", self.folder / "palpate")  # the sources: here only what packages bring
+        must("rm", "-rf", self.folder / "palpate")  # removes the sources, so that only the packages' files exist
         must("mount", "-t", "proc", "proc", self.folder / "proc")
         must("mount", "--bind", "/dev", self.folder / "dev")
         return self
@@ -49,13 +49,13 @@ class BareDebian:
 
     def command(self, *words, user="root", net=None, read_only=False):
         inside = ["ip", "netns", "exec", net] if net else []
-        if read_only:  # but for /tmp, as a container has it
+        if read_only:  # except /tmp, as in a container
             mounts = "mount --bind $0 $0 && mount -o remount,bind,ro $0 && mount -t tmpfs tmpfs $0/tmp"
             inside += ["unshare", "--mount", "sh", "-c", f'{mounts} && exec "$@"', str(self.folder)]
         return [*inside, "chroot", f"--userspec={user}", str(self.folder), *map(str, words)]
 
     def run(self, *words, env=None, **where):
-        """Exit code and output."""
+        """Runs a command. Returns exit code and output."""
         done = subprocess.run(self.command(*words, **where), stdin=subprocess.DEVNULL, stdout=subprocess.PIPE,
                               stderr=subprocess.STDOUT, text=True, timeout=PATIENCE, env=BARE | (env or {}), check=False)
         return done.returncode, done.stdout
@@ -68,7 +68,7 @@ class BareDebian:
 
     @contextlib.contextmanager
     def serving(self, *words, env=None, **where):
-        """A slave; yields the address that it prints, and requires a clean end on SIGTERM."""
+        """Starts a slave. Yields the address that it prints, and requires a clean end on SIGTERM."""
         with subprocess.Popen(self.command(*words, **where), stdin=subprocess.DEVNULL, stdout=subprocess.PIPE,
                               stderr=subprocess.PIPE, text=True, env=BARE | (env or {})) as process:
             try:
@@ -86,7 +86,7 @@ class BareDebian:
 
     @contextlib.contextmanager
     def started(self, *words, env=None, **where):
-        """A program that runs until the end of the `with` block; yields its process."""
+        """Starts a program that runs until the end of the `with` block. Yields its process."""
         with subprocess.Popen(self.command(*words, **where), stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL,
                               stderr=subprocess.DEVNULL, env=BARE | (env or {})) as process:
             try:
@@ -95,7 +95,7 @@ class BareDebian:
                 process.terminate()
 
     def palpate_files(self):
-        """Files of Palpate, without those that dpkg keeps as its own notes."""
+        """Returns the files of Palpate, without those in dpkg's database."""
         others = [self.folder / name for name in ("root", "srv", "tmp", "dev", "proc", "var/lib/dpkg", "var/log")]
         prune = " -o ".join(f"-path {name}" for name in others).split()
         found = must("find", self.folder, "(", *prune, ")", "-prune", "-o", "-ipath", f"{self.folder}*palpate*", "-print")
@@ -104,7 +104,8 @@ class BareDebian:
 
 @contextlib.contextmanager
 def two_networks():
-    """Two network namespaces, joined by a veth pair: their names, and their addresses 10.77.0.1 and 10.77.0.2."""
+    """Makes two network namespaces with a veth pair between them. Yields their names and their addresses 10.77.0.1 and
+    10.77.0.2."""
     slave, master = f"palpate-ps-{os.getpid()}", f"palpate-pm-{os.getpid()}"
     try:
         for name in (slave, master):

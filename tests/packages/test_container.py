@@ -18,7 +18,7 @@ from test_packages import build, reason_to_skip
 
 
 def second_stage():
-    """{instruction: its last text} of the image that runs."""
+    """Returns {instruction: its last text} of the second stage of the Dockerfile."""
     text = (ROOT / "deploy/Dockerfile").read_text().replace("\\\n", " ")
     stage = re.split(r"^FROM ", text, flags=re.MULTILINE)[-1]
     return dict(line.split(" ", 1) for line in stage.splitlines()[1:] if re.match(r"[A-Z]+ ", line))
@@ -56,7 +56,7 @@ class Container(unittest.TestCase):
         certs, slave, master = (compose[name] for name in ("certs", "slave", "master"))
         self.assertTrue(all(service["read_only"] for service in (certs, slave, master)))
         (self.root.folder / "etc/hosts").write_text("127.0.0.1 localhost slave\n")
-        # Volumes are folders of the root: those of the user, and here writable.
+        # Volumes are folders of the root that belong to the user and are writable.
         self.root.must(*certs["entrypoint"], *certs["command"], **self.where(read_only=False))
         with self.root.serving(*entrypoint, *slave["command"], **self.where(read_only=False)):
             self.assertEqual(self.root.must(*slave["healthcheck"]["test"][1:], **self.where()), "SERVING\n")

@@ -1,5 +1,6 @@
 #!/usr/bin/env python3
-"""Fleets: the commands of the Kubernetes manifests as the containers run them; ten slaves of systemd's template."""
+"""Fleets: runs the commands of the Kubernetes manifests as the containers do, and ten slaves by the systemd
+template."""
 import pathlib
 import re
 import shlex
@@ -42,12 +43,12 @@ class Manifests(unittest.TestCase):
             self.assertEqual(mounted, volumes)
 
     def containers(self, kind):
-        """{name: container} of one document."""
+        """Returns {name: container} of one document."""
         pod = next(document for document in self.documents if document["kind"] == kind)["spec"]["template"]["spec"]
         return {container["name"]: container for container in pod["initContainers"] + pod["containers"]}
 
     def test_the_commands_serve_probe_and_operate(self):
-        """Mounts are folders of the test, and the network is that of this machine."""
+        """Mounts are folders of the test; the network is that of this machine."""
         scratch = pathlib.Path(self.enterContext(tempfile.TemporaryDirectory()))
         certs = ROOT / "deploy/certs"
         run(certs, "ca", scratch / "ca")
@@ -59,7 +60,7 @@ class Manifests(unittest.TestCase):
         shutil.copy(BLOCK, scratch / "etc/scene.yaml")
 
         def words(container, program, secret, **changed):
-            """The command line of a container whose mounts lie in `scratch`."""
+            """Returns the command line of a container whose mounts are in `scratch`."""
             text = [*container.get("command", [program]), *container.get("args", [])]
             mounts = {"/etc/palpate": "etc", "/var/lib/palpate-slave": "state", "/secret": secret, "/tls": f"tls-{secret}", "/probe-tls": "tls-observer"}
             places = {"/usr/bin/palpate-slave": SLAVE, "/usr/bin/palpate-master": MASTER, **changed}
@@ -136,7 +137,7 @@ class Robots(unittest.TestCase):
         self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
 
     def command_of(self, robot):
-        """As systemd reads the unit: (command line, environment)."""
+        """Returns (command line, environment) of the unit, as systemd reads it."""
         text = self.unit.replace("%i", robot)
         lines = re.findall(r"^Environment=(\w+)=(.*)$", text, re.MULTILINE)
         file = self.folder / pathlib.Path(re.search(r"^EnvironmentFile=(/.*)$", text, re.MULTILINE).group(1)).name
@@ -155,7 +156,7 @@ class Robots(unittest.TestCase):
         slaves = []
         for robot in ROBOTS:
             (self.folder / f"{robot}.yaml").write_text(scene.replace("name: silicone-block", f"name: {robot}"))
-            # Ten simulated cameras on one test machine.
+            # Limits the load of ten simulated cameras on one test machine.
             (self.folder / f"{robot}.conf").write_text(f'SCENE={self.folder}/{robot}.yaml\nLISTEN=127.0.0.1:0\nOPTIONS="--override sense.camera.rate=10"\n')
         for robot in ROBOTS:
             command, environment = self.command_of(robot)

@@ -1,5 +1,6 @@
 #!/usr/bin/env python3
-"""deploy/install.sh with stand-ins for apt-get and sudo: what it prints where it cannot install, and sudo's question."""
+"""deploy/install.sh with stand-ins for apt-get and sudo: its messages where it cannot install, and the password prompt
+of sudo."""
 import fcntl
 import os
 import pathlib
@@ -31,7 +32,7 @@ FAKE_ID=0 exec "$@"
 class Install(unittest.TestCase):
     def setUp(self):
         self.fakes = pathlib.Path(self.enterContext(tempfile.TemporaryDirectory()))
-        self.fake("dpkg-query", "exit 1")  # nothing is installed
+        self.fake("dpkg-query", "exit 1")  # no package is installed
         self.fake("id", 'echo "$FAKE_ID"')
         self.fake("apt-get", "sleep 1; echo pmstatus:cmake:50.0:Unpacking")
 
@@ -41,7 +42,7 @@ class Install(unittest.TestCase):
         path.chmod(0o755)
 
     def environment(self, user):
-        # The folders of the tools that the script calls, without sudo.
+        # A folder with the tools that the script calls, without sudo.
         tools = self.fakes / "tools"
         tools.mkdir(exist_ok=True)
         for tool in ("bash", "cat", "dirname", "env", "grep", "mktemp", "rm", "sleep", "touch", "tput", "true"):
@@ -102,7 +103,7 @@ class Install(unittest.TestCase):
         try:
             while part := os.read(ours, 4096):
                 printed += part
-        except OSError:  # the terminal's other side is closed
+        except OSError:  # the other side of the terminal is closed
             pass
         self.assertEqual(process.wait(timeout=PATIENCE), 0, printed)
         self.assertRegex(printed, rb"install: \d+ packages and their dependencies, in \d+ s")

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""The dashboard of deploy/monitoring against the metrics that a running slave and a running master serve."""
+"""Compares the dashboard of deploy/monitoring with the metrics of a running slave and a running master."""
 import json
 import pathlib
 import re
@@ -16,11 +16,12 @@ sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "e2e"))
 from programs import BARE, BLOCK, MASTER, PATIENCE, ROOT, Slave, deep, free_port, run, wait_until
 
 FOLDER = ROOT / "deploy/monitoring"
-BY_PROMETHEUS = {"instance", "job"}  # labels of every series
+BY_PROMETHEUS = {"instance", "job"}  # labels that Prometheus adds to every series
 
 
 def fetch(url):
-    straight = urllib.request.build_opener(urllib.request.ProxyHandler({}))  # a proxy does not reach this machine
+    # No proxy, because it would not reach this machine.
+    straight = urllib.request.build_opener(urllib.request.ProxyHandler({}))
     end = time.monotonic() + PATIENCE
     while time.monotonic() < end:
         try:
@@ -32,7 +33,7 @@ def fetch(url):
 
 
 def read_page(text):
-    """{name: {"type": counter or gauge, "labels": {label: values}}} of a page of metrics."""
+    """Parses a page of metrics. Returns {name: {"type": counter or gauge, "labels": {label: values}}}."""
     metrics = {name: {"type": kind, "labels": {}} for name, kind in re.findall(r"^# TYPE (\w+) (\w+)$", text, re.MULTILINE)}
     for name, labels in re.findall(r"^(\w+)(?:\{(.*)\})? \S+$", text, re.MULTILINE):
         for label, value in re.findall(r'(\w+)="([^"]*)"', labels):
@@ -41,13 +42,14 @@ def read_page(text):
 
 
 def queries():
-    """(title, query, legend) of each line in the dashboard."""
+    """Returns (title, query, legend) of each query in the dashboard."""
     board = json.loads((FOLDER / "grafana/palpate.json").read_text())
     return [(panel["title"], target["expr"], target["legendFormat"]) for panel in board["panels"] for target in panel["targets"]]
 
 
 def mistakes_in(query, legend, metrics):
-    """What a query asks for and no page serves; a counter that is shown as it is, or a gauge as a rate."""
+    """Returns mistakes of a query: metrics or labels that no page has, a counter shown without rate, or a rate of a
+    gauge."""
     known = r"(rate|increase|abs)|(\d+m)|([a-z]+_\w+)"
     found, mistakes, labels = [], [], set(BY_PROMETHEUS)
     for function, _, name in re.findall(known, query):

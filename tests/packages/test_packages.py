@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""The Debian packages as a laboratory engineer meets them: a bare Debian 12, where they are installed, run, upgraded, removed.
+"""Installs, runs, upgrades and removes the Debian packages in a minimal Debian 12, as a laboratory engineer would.
 
 Needs root, debootstrap, lintian, network namespaces and a Debian archive; else it skips (77). PALPATE_BIN: the built programs.
 """
@@ -28,7 +28,7 @@ def package(folder, name):
 
 
 def change_conffile(deb, name):
-    """What a later release may do: its own /etc/palpate/NAME is another."""
+    """Changes /etc/palpate/NAME in a package, as a later release may do."""
     with tempfile.TemporaryDirectory() as folder:
         must("dpkg-deb", "-R", deb, folder)
         with open(pathlib.Path(folder, "etc/palpate", name), "a") as file:
@@ -55,7 +55,7 @@ class Packages(unittest.TestCase):
         for deb in self.new.glob("*.deb"):
             reported = by_name[deb.name.split("_")[0]]
             self.assertEqual(reported["hashes"][0]["content"], must("sha256sum", deb).split()[0])
-        # Loaded, header-only, and brought by npm.
+        # A loaded, a header-only and an npm library.
         for name in ("libgrpc++1.51", "libopencv-core406", "libc6", "libeigen3-dev", "three"):
             self.assertTrue(by_name[name]["version"], name)
         loaded = must("ldd", BIN / "palpate-slave")
@@ -67,7 +67,7 @@ class Packages(unittest.TestCase):
     def test_a_client_in_cpp_builds_against_palpate_dev_alone(self):
         prefix = self.scratch / "dev"
         must("dpkg-deb", "-x", package(self.new, "palpate-dev"), prefix)
-        # Relocated for the test: what the package installs into /usr.
+        # The files that the package installs into /usr are relocated for the test.
         must("cmake", "-S", ROOT / "tests/packages/client", "-B", self.scratch / "client", f"-DCMAKE_PREFIX_PATH={prefix}/usr",
              "-DCMAKE_CXX_COMPILER=g++")
         must("cmake", "--build", self.scratch / "client")
@@ -106,7 +106,7 @@ class Packages(unittest.TestCase):
         reported = debian.must("palpate-slave", "demo", "--out", "/tmp/demo")
         self.assertRegex(reported, r"== passed: force error \d+\.\d % of the peak")
         report = json.loads((debian.folder / "tmp/demo/report.json").read_text())
-        self.assertGreater(report["force_peak_N"], 1.5)  # of 2.37 N in a 5 mm press, see tests/e2e
+        self.assertGreater(report["force_peak_N"], 1.5)  # a 5 mm press has 2.37 N, see tests/e2e
         print(f"processor time: {installed - before:.0f} s to install, {processor_seconds() - installed:.0f} s for the demo")
         complete = "source /usr/share/bash-completion/completions/palpate-slave; COMP_CWORD=$0 COMP_WORDS=(\"$@\"); _palpate_slave; echo ${COMPREPLY[*]}"
         self.assertEqual(debian.must("bash", "-c", complete, "1", "palpate-slave", "he"), "health\n")
@@ -114,7 +114,7 @@ class Packages(unittest.TestCase):
         self.assertIn("COMMANDS", debian.must("sh", "-c", "gzip -dc /usr/share/man/man1/palpate-slave.1.gz"))
 
     def unit_command(self, debian, unit="system/palpate-slave"):
-        """The unit's command line, as a shell that has read its configuration runs it."""
+        """Returns the unit's command line with the values of its configuration file."""
         text = (debian.folder / f"usr/lib/systemd/{unit}.service").read_text()
         file = re.search(r"^EnvironmentFile=-(/\S+)$", text, re.MULTILINE).group(1)
         command = re.search(r"^ExecStart=(.*)$", text, re.MULTILINE).group(1)
@@ -147,7 +147,7 @@ class Packages(unittest.TestCase):
 
     def python(self, debian):
         self.install(debian, "old", "python3-palpate")
-        # The README's lines need no slave.
+        # The Python lines of the README need no slave.
         lines = re.findall(r"```python\n(.*?)```", (ROOT / "README.md").read_text(encoding="utf-8"), re.S)[0]
         self.assertRegex(debian.must("python3", "-c", lines), r"\] valid\n$")
         debian.must("python3", "-m", "palpate.verify", "--help")

@@ -1,4 +1,4 @@
-// What the page keeps for a shared file, without a browser.
+// Tests the data that the page stores for a shared file, without a browser.
 import assert from 'node:assert/strict';
 import { test } from 'node:test';
 
@@ -11,7 +11,8 @@ const state = (t, { sequence = Math.round(1000 * t), force = t, validity = 'VALI
   t, state: operator, ...(run !== undefined && { replay: { run } }),
   slave_state: { sequence: String(sequence), force: { x: 0, y: force, z: 0 }, sigma: 0.05, validity: `VALIDITY_${validity}`, local_model: { in_contact: touching } },
 });
-// The field of a square of two triangles with a side of 100 px in the image, whose upper corners move down by `moved` [m].
+// Returns the field of a square of two triangles with a side of 100 px in the image, whose upper
+// corners move down by `moved` [m].
 const TOPOLOGY = { number: 3, rest: Float32Array.of(0, 0, 0, 0.1, 0, 0, 0.1, 0.1, 0, 0, 0.1, 0), triangles: Uint32Array.of(0, 1, 2, 0, 2, 3) };
 const fieldAt = (t, moved) => ({
   t, number: 3, isSolved: true,
@@ -31,7 +32,7 @@ test('the file holds the last minute: forces, sigma, validity, the field and the
   assert.ok(Math.abs(states.at(-1).t - 60) < 0.11 && states[0].t >= 0 && states.length > 1190, `${states[0].t} to ${states.at(-1).t}`);
   for (const { sequence, force, sigma, validity } of states) assert.ok(Math.abs(force - Number(sequence) / 1000) < 1e-3 && sigma === 0.05 && validity === 'valid');
   assert.ok(field.isPlanar && field.frames.length > 300 && field.frames.length <= 485 && Math.abs(field.full - 0.001) < 1e-6, `${field.frames.length} ${field.full}`);
-  // Values are steps of a 255th of the largest displacement.
+  // One step of a value is a 255th of the largest displacement.
   const values = Buffer.from(field.frames.at(-1).values, 'base64');
   assert.deepEqual([...values], [0, 0, 255, 255]);
   assert.equal(words[0], 'Scene: a </script> b');
@@ -39,7 +40,8 @@ test('the file holds the last minute: forces, sigma, validity, the field and the
   assert.ok(text.includes('<title>a &lt;b> press</title>') && text.length < 8e6);
 });
 
-// Reference: a square's area below a level, by proportion. Bands are filled from their level up, the last one on top.
+// Reference: the area of a square below a level is in proportion to it. Each band is filled from
+// its level upwards, the last one on top.
 test('bands of equal displacement cover what moves more than their level, and the lowest stays free', () => {
   const areas = [], pen = {
     beginPath() { this.polygons = []; },
@@ -57,7 +59,7 @@ test('bands of equal displacement cover what moves more than their level, and th
   areas.forEach((area, i) => assert.ok(Math.abs(area - 1e4 * (1 - (i + 1) / 12)) < 1e-6 * 1e4, `band ${i + 1}: ${area}`));
 });
 
-// Reference: the pose by which the outline was moved; rounding of single precision is 6e-8 of it.
+// Reference: the pose by which the outline was moved; single precision rounds by a relative 6e-8.
 test("the pose of a planar body is that of its outline, whatever the inside does", () => {
   const [angle, shift] = [0.3, [0.02, -0.05]], outline = [[0, 0], [0.1, 0], [0.1, 0.08], [0, 0.06]];
   const turned = ([x, y]) => [Math.cos(angle) * x - Math.sin(angle) * y + shift[0], Math.sin(angle) * x + Math.cos(angle) * y + shift[1]];
@@ -67,7 +69,7 @@ test("the pose of a planar body is that of its outline, whatever the inside does
 });
 
 test('triangles that face away are left out, and of a planar body none', () => {
-  const image = Float32Array.of(0, 100, 100, 100, 100, 0, 0, 0);  // v is down
+  const image = Float32Array.of(0, 100, 100, 100, 100, 0, 0, 0);  // v points down
   assert.deepEqual([...visibleOf([0, 1, 2, 0, 3, 2], image, false)], [0, 1, 2]);
   assert.deepEqual([...visibleOf([0, 1, 2, 0, 3, 2], image, true)], [0, 1, 2, 0, 3, 2]);
 });

@@ -1,5 +1,5 @@
-// The page for everyone: the set-up by keyboard alone and by touch until forces come; stop, replay and share by mouse, keyboard and touch
-// at three widths; axe in set-up, station and replay.
+// Accessibility: the set-up by keyboard alone and by touch until forces are shown; stop, replay and
+// share by mouse, keyboard and touch at three widths; axe in set-up, station and replay.
 import assert from 'node:assert/strict';
 import { readFileSync, rmSync } from 'node:fs';
 import path from 'node:path';
@@ -9,12 +9,12 @@ import { Person, cameraOf, imagesOf } from './setup_person.mjs';
 import { ROOT, SCRATCH, Stage, size, soon, until } from './stage.mjs';
 
 const SIZES = [[1280, 720], [1024, 640], [390, 844]];
-// As deploy/scenes/silicone-block.yaml has it.
+// The camera of deploy/scenes/silicone-block.yaml.
 const toImage = cameraOf({ pixel: 0.35, centre: [44, 54] });
 const CORNERS = [[0, 0], [88, 0], [88, 88], [0, 88]].map(toImage), TIP = toImage([44, 94.16]);
 const images = () => imagesOf(path.join(ROOT, 'deploy/scenes/silicone-block.yaml'), path.join(SCRATCH, 'setup-silicone-block'));
 
-// No part of the page is wider than its window, and `selector` lies in it.
+// Requires that no part of the page is wider than its window, and that `selector` is inside.
 async function fits(page, selector) {
   const { wide, inner, box, high } = await page.evaluate((wanted) => ({ wide: document.documentElement.scrollWidth, inner: innerWidth, high: innerHeight, box: document.querySelector(wanted).getBoundingClientRect().toJSON() }), selector);
   assert.ok(wide <= inner, `the page is ${wide} px wide in a window of ${inner} px`);
@@ -44,7 +44,7 @@ test('the set-up by keyboard alone: Next is in view, the focus is visible, axe f
     await person.press('#setup-questions [data-answer=right]');
     await next('scale');
     for (const [name, text] of [['width', '88'], ['height', '8,8 cm'], ['thickness', '9']]) await person.type(`object.${name}`, text);
-    // The last corner is set 30 px off, taken up again, and moved.
+    // The last corner is set with an error of 30 px, selected again, and moved.
     for (const corner of [...CORNERS.slice(0, 3), [CORNERS[3][0] - 30, CORNERS[3][1]]]) await person.setByKeys(corner);
     await until(async () => !/\.\.\.$/.test(await stage.text('setup-hint')), 'the slave');
     await page.keyboard.press('PageUp');
@@ -153,7 +153,8 @@ const WAYS = {
   keyboard: (stage, selector) => new Person(stage).press(selector),
   touch: (stage, selector, timeout) => stage.page.locator(selector).tap({ timeout }),
 };
-// Calls `act(press, what)` for each way at each width; with PALPATE_QUICK for one way at each width.
+// Calls `act(press, what)` for each kind of input at each width; with PALPATE_QUICK for one kind at
+// each width.
 async function everyWay(stage, act) {
   const ways = Object.entries(WAYS);
   for (const [index, [width, height]] of SIZES.entries()) {
@@ -178,7 +179,7 @@ test('stop, share and replay by mouse, by keyboard alone and by touch, at three 
       await fits(live.page, '#stop');
       await press('#stop');
       await live.when(({ state }) => state === 'ESTOP', `the stop by ${what}`);
-      // A page that a busy machine keeps silent hides the button for a moment: a person presses again.
+      // On a busy machine the page may hide the button for a moment; then a person presses again.
       const isReset = () => live.status.state !== 'ESTOP';
       await until(async () => isReset() || (await press('#reset', 2000).catch(() => {}), soon(isReset)), `the end of the stop by ${what}`);
       await shares(live, press, what);

@@ -10,7 +10,7 @@ import { BIN, ROOT, SCRATCH, Stage, pause, serve, size, until } from './stage.mj
 
 const OTHER_RELEASE = '9.8.7', FEW = ['--override', 'model.elements=60'];
 
-// The slave's program, which says of itself that it is of another release.
+// Makes a slave program that reports another release.
 function otherRelease() {
   const program = path.join(BIN, 'palpate-slave'), version = execFileSync(program, ['--version']).toString().match(/\d+\.\d+\.\d+\+\w+/)[0];
   const release = version.split('+')[0];
@@ -27,7 +27,7 @@ function otherRelease() {
 describe('what goes wrong', () => {
   const other = otherRelease();
   let stage, another;
-  // A file of 100 kB is as large as any may become: that acts as a full disk.
+  // Limits files to 100 kB, which acts as a full disk.
   const full = ['sh', '-c', 'trap "" XFSZ; ulimit -f 200; exec "$@"', 'sh'];
   before(async () => {
     const slave = await serve('silicone-block', FEW, other.file);
@@ -61,7 +61,8 @@ describe('what goes wrong', () => {
     stage.slave.kill('SIGSTOP');
     await until(async () => /No state from the slave for more than 30 ms\.\s*The tool is stopped\. Wait, or check the network\.|No link to the slave/.test(await stage.text('alarm-list')), 'what it lacks');
     await letGo();
-    await letGo('DISCONNECTED');  // a shorter stall is followed on within the engagement
+    // After a shorter stall motion would continue in the same engagement.
+    await letGo('DISCONNECTED');
     stage.slave.kill('SIGCONT');
     assert.ok((await pressed()).epoch > epoch, 'it goes on by an engagement of its own');
   });
@@ -94,11 +95,12 @@ describe('what goes wrong', () => {
     await stage.shoot('faults-mended');
   });
 
-  // The browser itself logs each try to reach a master that is not there.
+  // The browser logs each attempt to reach a missing master.
   test('the browser has nothing else to complain of', () => assert.deepEqual(stage.errors.filter((text) => !/WebSocket connection to .* failed/.test(text)), []));
 });
 
-// A slave that waits for a scene, on images of a block and a tool at rest, 15 a second, until `silence`.
+// A slave that waits for a scene gets images of a block and a tool at rest, 15 per second, until
+// `silence`.
 describe('a camera that goes silent while nobody operates', () => {
   const COUNT = 20, folder = path.join(SCRATCH, 'silent-camera'), source = path.join(SCRATCH, 'setup-silicone-block');
   const image = (i) => path.join(folder, `${String(i).padStart(6, '0')}.png`), first = path.join(source, 'frames/000001.png');
@@ -107,7 +109,7 @@ describe('a camera that goes silent while nobody operates', () => {
     mkdirSync(folder);
     for (let i = 1; i <= COUNT; ++i) put(image(i));
   };
-  // Each image becomes a pipe into which nobody writes: the camera is open and sends nothing.
+  // Replaces each image by a pipe without writer: the camera is open and sends nothing.
   const silence = () => fill((file) => execFileSync('mkfifo', [file]));
   let stage;
   beforeEach(async () => {
@@ -117,7 +119,7 @@ describe('a camera that goes silent while nobody operates', () => {
   });
   afterEach(async () => {
     await stage.close();
-    stage.slave.kill('SIGKILL');  // its thread waits for the camera
+    stage.slave.kill('SIGKILL');  // because its thread waits for the camera
     await stage.slave.ended;
   });
   const alarms = () => stage.status.alarms.map(({ text }) => text);

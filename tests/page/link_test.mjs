@@ -1,4 +1,5 @@
-// The page's connection and mapping, without a browser: a socket that records what the page sends.
+// Tests the page's connection and mapping without a browser: a fake socket records what the page
+// sends.
 import assert from 'node:assert/strict';
 import { readFileSync } from 'node:fs';
 import { beforeEach, mock, test } from 'node:test';
@@ -28,7 +29,8 @@ class Socket {
   hear(message) {
     this.onmessage({ data: JSON.stringify(message), target: this });
   }
-  // Stops that were sent since the last call; their pings are answered where the master `takes` them.
+  // Returns the stops that were sent since the last call. If the master `takes` them, their pings
+  // are answered.
   stops(takes = false) {
     const sent = this.sent.splice(0);
     if (takes) for (const { do: what, at } of sent) if (what === 'ping') this.hear({ kind: 'pong', at });
@@ -121,14 +123,14 @@ test('a status of the stop before, which is being reset, does not confirm a new 
 test("the pointer is turned by the orientation of the slave's present scene", () => {
   const half = Math.sqrt(0.5), first = { rotation: [1, 0, 0, 0, 1, 0, 0, 0, 1] };
   const near = (a, b) => a.forEach((part, i) => assert.ok(Math.abs(part - b[i]) < 1e-12, `${a}`));
-  // A quarter turn about z: x of M is y of S.
+  // Rotation by 90 degrees about z: x of M is y of S.
   near(mappingOf(null, { operator: { orientation: [half, 0, 0, half] } }, first).rotation, [0, -1, 0, 1, 0, 0, 0, 0, 1]);
   near(mappingOf(null, { operator: { orientation: [half, half, 0, 0] } }, first).rotation, [1, 0, 0, 0, 0, -1, 0, 1, 0]);
   near(mappingOf(null, { operator: { orientation: [half, 0, half, 0] } }, first).rotation, [0, 0, 1, 0, 1, 0, -1, 0, 0]);
   near(mappingOf(null, null, first).rotation, first.rotation);
 });
 
-// The names of an enumeration's values without their prefix, as the messages contain them.
+// Returns the names of an enumeration's values without their prefix, as in the messages.
 function namesOf(file, name) {
   const text = readFileSync(new URL(`../../proto/palpate/v1/${file}.proto`, import.meta.url), 'utf8');
   const [, body] = text.match(new RegExp(`^enum ${name} \\{([^}]*)\\}`, 'm'));

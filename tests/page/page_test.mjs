@@ -1,4 +1,5 @@
-// What a person at the page relies on: that it shows what is, stops what it must, and moves what it is asked to.
+// Tests the operator's page with real programs: it shows the present values, stops the tool, and
+// moves it as requested.
 import assert from 'node:assert/strict';
 import { readFileSync, rmSync } from 'node:fs';
 import path from 'node:path';
@@ -14,17 +15,18 @@ async function seriousFindings(page) {
   return violations.filter(({ impact }) => impact === 'serious' || impact === 'critical').map(({ id, nodes }) => `${id}: ${nodes.map((node) => node.html).join(' | ')}`);
 }
 
-// What every change must pass does without these.
+// These tests are skipped with PALPATE_QUICK.
 const deepTest = process.env.PALPATE_QUICK ? () => {} : test;
 
-// What a machine that is too busy for it cannot show is skipped, and says so.
+// A test is skipped with a message if the machine is too busy for it.
 const testInTime = (name, body) => test(name, (t) => body().catch((error) => {
   if (!(error instanceof TooBusy)) throw error;
   t.skip(error.message);
 }));
 const deepTestInTime = process.env.PALPATE_QUICK ? () => {} : testInTime;
 
-// The values of rows by their time to 0.1 ms. A late tick and the next one may share it: neither is there.
+// Returns the values of rows by their time, rounded to 0.1 ms. If two ticks have the same time,
+// neither is included.
 function uniqueByTime(rows, value) {
   const found = new Map();
   rows.forEach((row, i) => { const key = row.t.toFixed(4); found.set(key, found.has(key) ? undefined : value(row, i)); });
@@ -33,13 +35,15 @@ function uniqueByTime(rows, value) {
 
 const HOW = /^(Drag down: |The tool is in contact: engage again)/;
 const RECORDING = path.join(SCRATCH, 'page.mcap');
-rmSync(RECORDING, { force: true });  // of a former run, which the station would keep
+// The recording of a former run, which the station would not overwrite.
+rmSync(RECORDING, { force: true });
 const logged = (stage, text) => until(() => stage.logEntries.some((entry) => entry.text.startsWith(text)), text);
-let log = [];  // of the scripted hand's session
+let log = [];  // log of the session with the scripted operator
 
 describe('a scripted hand presses the block', () => {
   let stage;
-  const stops = [];  // {how, at}: when the page's window had the event, by the machine's clock [ms]
+  // {how, at}: time of the event in the page's window by the machine's clock [ms].
+  const stops = [];
   before(async () => { stage = await Stage.open({ scene: 'silicone-block', args: ['--record', RECORDING] }); });
   after(() => stage.close());
 
@@ -63,7 +67,8 @@ describe('a scripted hand presses the block', () => {
     const { trace } = await stage.when((status) => status.trace?.sample > first.sample + 5, 'those of later images');
     const stages = ['capture', 'sensing', 'model', 'wait', 'wire', 'tick'].map((name) => trace[name]);
     assert.ok(Math.abs(stages.reduce((sum, part) => sum + part, 0) - trace.total) < 1e-6, JSON.stringify(trace));
-    // The clocks' offset is known to half a round trip; every other stage ends after it began.
+    // The offset of the clocks is known to half a round trip. All other stages have positive
+    // durations.
     for (const name of ['capture', 'sensing', 'model', 'wait', 'tick']) assert.ok(trace[name] >= -1e-6, `${name}: ${trace[name]}`);
     await until(async () => /^end-to-end latency \d+ ms: capture [\d.]+, vision [\d.]+, model/.test(await stage.text('trace')), 'the way in words');
     console.log(await stage.text('trace'));
@@ -71,7 +76,7 @@ describe('a scripted hand presses the block', () => {
 
   test('the figure of the force is one that was reported at that moment', async () => {
     await pressed();
-    // The page draws a status within a second and a half, and this process may receive it after the page did.
+    // The page draws a status within 1.5 s, and this process may receive it later than the page.
     const from = Math.max(0, stage.statuses.length - 46);
     const shown = Number(await until(async () => /\d/.test(await stage.text('magnitude')) && stage.text('magnitude'), 'a force'));
     await until(() => stage.statuses.slice(from).some((status) => Math.abs(size(status.chain.sent) - shown) <= 0.00501), `a status with ${shown} N`);
@@ -111,7 +116,8 @@ describe('a scripted hand presses the block', () => {
       new MutationObserver(() => document.querySelector('#state b').innerText !== 'FOLLOWING' && window.lostAt.push(Date.now())).observe(document.getElementById('state'), { subtree: true, childList: true, characterData: true });
     });
     const delays = [];
-    while (delays.length < 6 && !delays.some((delay) => delay <= 300)) {  // a busy machine shows it later
+    // A busy machine may show it later.
+    while (delays.length < 6 && !delays.some((delay) => delay <= 300)) {
       await pressed();
       await until(async () => (await stage.page.locator('#state b').innerText()) === 'FOLLOWING', 'the state');
       await stage.page.evaluate(() => { window.lostAt.length = 0; });
@@ -125,7 +131,8 @@ describe('a scripted hand presses the block', () => {
     if (Math.min(...delays) > 300) await stage.explainByLoad(new Error(`shown after ${delays} ms`));
   });
 
-  // The page may not yet have drawn a message that this test received, and a key changes what is drawn.
+  // The page may not have drawn a message yet that this test has received, and a key changes what
+  // is drawn.
   const drawnClutch = (open) => until(async () => (await stage.page.locator('#let-go').getAttribute('aria-pressed')) === open, `a clutch drawn open: ${open}`);
 
   test('the clutch lets go and closes again, by key and by button', async () => {
@@ -193,7 +200,8 @@ describe('a scripted hand presses the block', () => {
       await stage.page.locator('#mapping button').click();
     };
     let limit = 3.1;
-    await until(async () => {  // early in what the scripted hand follows: it lets go by itself after each press
+    // Early in an engagement of the scripted operator, who disengages after each press.
+    await until(async () => {
       limit -= 0.1;
       await stage.when((status) => status.state !== 'FOLLOWING', 'the end of a press');
       await stage.when((status) => status.state === 'FOLLOWING', 'the next one');
@@ -205,7 +213,8 @@ describe('a scripted hand presses the block', () => {
       assert.equal(then.state, 'FOLLOWING', 'the hand is not let go for it');
       return true;
     }, 'a limit that is lowered while the hand follows');
-    await logged(stage, 'scales and limit are set');  // between two presses the slave is set, too
+    // Between two presses the slave's settings change, too.
+    await logged(stage, 'scales and limit are set');
     await lower(3.2);
     await logged(stage, `the limit stays at ${Number(limit.toFixed(1))} N: a session can only lower it`);
     assert.ok(Math.abs(stage.status.force_limit - limit) < 1e-6);
@@ -230,7 +239,7 @@ describe('a scripted hand presses the block', () => {
     await logged(stage, 'tracking is reinitialized');
     await stage.page.keyboard.press('Escape');
     await stage.when((status) => status.state === 'ESTOP', 'the stop');
-    await pause(600);  // the same words again within half a second are no news
+    await pause(600);  // equal messages within half a second are not reported again
     const before = stage.logEntries.at(-1).number;
     await stage.page.keyboard.press('u');
     await until(() => stage.logEntries.some(({ number, text }) => number > before && text === 'tracking is reinitialized'), 'once more');
@@ -268,7 +277,8 @@ describe('a scripted hand presses the block', () => {
           await stage.page.keyboard.press('t');
           return false;
         }, theme);
-        // What axe measures depends on the theme and not on the size, which each theme meets once.
+        // The result of axe depends on the theme, not on the size. Each theme is tested at one
+        // size.
         if ((theme === 'dark') === (width === 1280)) assert.deepEqual(await seriousFindings(stage.page), [], `${width} x ${height}, ${theme}`);
         await until(() => stage.page.evaluate(() => document.documentElement.scrollWidth <= innerWidth && document.documentElement.scrollHeight <= innerHeight), `${width} x ${height}: nothing lies outside`);
         await until(() => stage.page.evaluate(() => document.getElementById('source').getBoundingClientRect().bottom <= document.querySelector('.facts').getBoundingClientRect().bottom), `${width} x ${height}: the scene's name is in the bar`);
@@ -283,7 +293,7 @@ describe('a scripted hand presses the block', () => {
     const { statuses } = stage;
     await stage.endMaster();
     await until(async () => (await stage.page.locator('#state b').innerText()) === 'NO MASTER', 'the end of the line');
-    for (const id of ['magnitude', 'peak', 'role']) await stage.shows(id, '-');  // nobody knows it
+    for (const id of ['magnitude', 'peak', 'role']) await stage.shows(id, '-');  // unknown
     await stage.shows('validity', /not received/);
     await stage.sees('.force-label', false);
     log = stage.readLog();
@@ -297,7 +307,7 @@ describe('a scripted hand presses the block', () => {
       }
       assert.ok(near(status.p_M, [row.p_M_x, row.p_M_y, row.p_M_z], 1e-8));
     }
-    // The wall clock at t = 0, by the status that was on its way for the shortest time.
+    // The wall clock at t = 0, from the status with the shortest delay.
     const begin = Math.min(...statuses.map((status) => status.at - 1e3 * status.t));
     const delays = stops.map(({ how, at }) => [how, Math.round(1e3 * rows.find((row) => 1e3 * row.t > at - begin && row.state === 'ESTOP' && row.sent_x === 0 && row.sent_y === 0 && row.sent_z === 0).t - (at - begin))]);
     console.log(`from the act to no force: ${delays.map(([how, ms]) => `${how} ${ms} ms`).join(', ')}`);
@@ -305,7 +315,7 @@ describe('a scripted hand presses the block', () => {
   });
 });
 
-// The charts' samples, as a person downloads them: again where a busy browser drops a download.
+// Downloads the charts' samples, repeatedly if a busy browser drops a download.
 async function downloaded(stage) {
   const download = await until(async () => {
     const begins = stage.page.waitForEvent('download', { timeout: 5000 }).catch(() => null);
@@ -342,7 +352,7 @@ describe('its recording is played', () => {
     await stage.page.keyboard.press('k');
     await stage.when((status) => !status.replay.playing, 'that it is paused');
     const drawn = await until(async () => {
-      await pause(500);  // a browser refuses downloads that follow each other at once
+      await pause(500);  // browsers reject downloads in quick succession
       const samples = await downloaded(stage);
       return samples.length > 300 && samples;
     }, 'three seconds of samples');
@@ -361,7 +371,7 @@ describe('its recording is played', () => {
   });
 
   test('what is drawn can be seen: the object, the colours of the bar, the arrow at its place', async () => {
-    // In the middle of the longest press: what is seen there does not depend on the very moment.
+    // Takes the middle of the longest press, because values change little around it.
     let t = 0, longest = 0, start = 0;
     log.forEach((row, i) => {
       if (row.state !== 'FOLLOWING' || size([row.sent_x, row.sent_y, row.sent_z]) < 0.8) start = i + 1;
@@ -376,9 +386,9 @@ describe('its recording is played', () => {
     await until(async () => Math.abs(stage.status.t - t) < 0.05, `moment ${t}`);
     await until(async () => /[1-9]/.test(await label.innerText()), `a force at ${t} s`);
     const force = await stage.page.evaluate(() => getComputedStyle(document.documentElement).getPropertyValue('--force').trim().match(/[0-9a-f]{2}/g).map((part) => parseInt(part, 16)));
-    await until(async () => {  // drawn, however slow the machine is
+    await until(async () => {  // waits for the drawing, even on a slow machine
       const png = await stage.shoot('replay-press-1280'), at = await label.boundingBox();
-      if (!at) return false;  // what came before is drawn yet
+      if (!at) return false;  // the former image is still drawn
       const view = await stage.page.locator('#view').boundingBox(), bar = await stage.page.locator('#view .colour-bar i').boundingBox();
       const x = bar.x + bar.width / 2;
       const [top, middle, bottom] = await stage.coloursAt(png, [[x, bar.y + 4], [x, bar.y + bar.height / 2], [x, bar.y + bar.height - 4]]);
@@ -404,7 +414,7 @@ describe('its recording is played', () => {
     assert.ok(last <= back.t + 1e-6 && last - first < 10.1, `${first} to ${last} s`);
     const row = log.reduce((best, one) => (Math.abs(one.t - back.t) < Math.abs(best.t - back.t) ? one : best));
     assert.ok(Math.abs(size(back.chain.sent) - size([row.sent_x, row.sent_y, row.sent_z])) < 1e-5);
-    // Before any contact: no peak, no image and no shape of what came later.
+    // Before any contact there is no peak, and no later image or shape.
     await stage.page.keyboard.press('Home');
     await stage.when((status) => status.t < 0.1, 'its beginning');
     await until(async () => Number(await stage.text('peak')) < 0.05, 'no peak of later');
@@ -442,10 +452,11 @@ describe('a mouse feels the block', () => {
     middle = [box.x + box.width / 2, box.y + box.height / 2];
   });
 
-  // A page that a busy machine keeps from speaking for 250 ms is let go, as it must be: then a gesture is made again.
+  // If a busy machine silences the page for 250 ms, the master disengages it, as required. Then the
+  // gesture is repeated.
   const byHand = (gesture, what) => until(gesture, what).catch((error) => stage.explainByLoad(error));
 
-  // Holds the button in the middle of the view until the tool follows, and not still from before.
+  // Holds the button in the middle of the view until the tool follows in a new engagement.
   const press = () => byHand(async () => {
     await stage.page.mouse.up();
     await stage.page.mouse.move(...middle);
@@ -474,7 +485,8 @@ describe('a mouse feels the block', () => {
     await byHand(async () => {
       const from = (await press()).p_S;
       await stage.page.mouse.move(middle[0] + 10, middle[1], { steps: 5 });
-      const scale = Number(await stage.page.locator('#view').getAttribute('data-metres-per-pixel'));  // none before the first drawing
+      // Absent before the first drawing.
+      const scale = Number(await stage.page.locator('#view').getAttribute('data-metres-per-pixel'));
       return soon(() => {
         const { state, p_S } = stage.status, [aside, up] = [p_S[0] - from[0], p_S[1] - from[1]];
         return state === 'FOLLOWING' && Math.abs(aside - 10 * scale) < scale && Math.abs(up) < 2 * scale;
@@ -488,7 +500,8 @@ describe('a mouse feels the block', () => {
     console.log(await stage.text('page-delay'));
   });
 
-  // In one go of the page's thread, in which its own clock of 20 ms does not run: what is sent is sent by the moves.
+  // All moves happen in one task of the page, in which its 20 ms timer does not run. So only the
+  // moves send reports.
   testInTime('each move of the cursor is sent, at most every 8 ms, and none is lost', async () => {
     const drag = (x, y) => {
       const view = document.getElementById('view'), { send } = WebSocket.prototype, messages = [];
@@ -536,7 +549,7 @@ describe('a mouse feels the block', () => {
     await stage.when((status) => status.state === 'CLUTCHED' && size(status.chain.sent) === 0, 'CLUTCHED');
   });
 
-  // Another page draws nothing: what it sends is all that the master knows of it, and its thread is free to send in time.
+  // The other page draws nothing, so its thread is free to send in time.
   testInTime('only one page leads: another lets go at once, says why, and leads when the first has let go or fell silent', async () => {
     const another = await stage.context.newPage();
     await another.goto(new URL('style.css', stage.address).href);
@@ -554,14 +567,15 @@ describe('a mouse feels the block', () => {
     await stage.page.bringToFront();
     await stage.page.mouse.move(...middle);
     for (const ends of [() => other(false), () => other(null)]) {
-      await byHand(async () => {  // all of it again where the master reports that the other page was silent for too long
+      // Repeated if the master reports that the other page was silent for too long.
+      await byHand(async () => {
         await stage.page.mouse.up();
         await other(false);
         if (!(await soon(() => stage.status.state !== 'FOLLOWING'))) return false;
         await other(true);
         if (!(await soon(() => stage.status.state === 'FOLLOWING'))) return false;
         const refused = stage.refusedEngagements;
-        await stage.page.mouse.down();  // on a busy machine the page handles it later
+        await stage.page.mouse.down();  // a busy page handles it later
         return soon(async () => stage.refusedEngagements > refused && !(await isHeld()) && /^Another page controls the tool/.test(await stage.text('hint')));
       }, 'a page that lets go because another one leads, and says so');
       await ends();
@@ -578,7 +592,7 @@ describe('a mouse feels the block', () => {
   testInTime('keys move it too, and losing the focus lets go', async () => {
     await stage.page.locator('#view').focus();
     const from = stage.status.p_S[1];
-    // E lets go, too: it is struck again only where it did not hold.
+    // E also disengages, so it is pressed again only if it did not engage.
     const hold = async () => {
       if (stage.status.state === 'FOLLOWING') return;
       await stage.page.keyboard.press('e');
@@ -586,7 +600,7 @@ describe('a mouse feels the block', () => {
     };
     await byHand(async () => {
       await hold();
-      await stage.page.keyboard.down('ArrowUp');  // as a held key repeats
+      await stage.page.keyboard.down('ArrowUp');  // as when a held key repeats
       await pause(200);
       return stage.status.p_S[1] > from + 1e-3;
     }, 'a millimetre up by keys');
@@ -601,7 +615,7 @@ describe('a mouse feels the block', () => {
       };
       window.restoreSend = () => { WebSocket.prototype.send = send; };
     });
-    let begun = null;  // from where, in this engagement: another one begins where the tip has come to
+    let begun = null;  // start of this engagement; another one begins at the present tip position
     await byHand(async () => {
       await hold();
       const { epoch, p_S } = stage.status;
@@ -612,7 +626,7 @@ describe('a mouse feels the block', () => {
       return now.epoch === epoch && now.p_S[1] > begun.p_S[1] + 1e-3 && now;
     }, 'another millimetre up');
     const aims = await stage.page.evaluate(() => { window.restoreSend(); return window.aims; });
-    // The hand itself leans where the object pushes it; what the lock holds is where it is aimed.
+    // The object deflects the device, so the lock is tested on the target.
     const [aside, up] = [0, 1].map((axis) => Math.max(...aims.map((p) => p[axis])) - Math.min(...aims.map((p) => p[axis])));
     assert.ok(aside === 0 && up > 0, `x is locked: aimed ${aside} m aside, ${up} m up`);
     for (const key of ['ArrowUp', 'ArrowRight']) await stage.page.keyboard.up(key);
@@ -635,7 +649,7 @@ describe('a mouse feels the block', () => {
     await stage.when((status) => status.state === 'CLUTCHED', 'CLUTCHED');
     await pause(300);
     assert.equal(stage.status.force_scale, force_scale, 'the tool touches');
-    await byHand(async () => {  // lifts it off
+    await byHand(async () => {  // lifts the tool off
       if (!(await press())) return false;
       await page.mouse.move(middle[0], middle[1] - 120, { steps: 10 });
       await soon(() => !stage.status.slave_state.local_model?.in_contact);

@@ -1,4 +1,5 @@
-// The page comes up with every scene that is shipped, and shows what there is to see; with the mouse it is pressed as the page says.
+// The page works with every shipped scene and shows its contents. The object is pressed with the
+// mouse as the page advises.
 import assert from 'node:assert/strict';
 import { readdirSync } from 'node:fs';
 import path from 'node:path';
@@ -17,7 +18,7 @@ for (const scene of scenes) {
       await until(async () => /moved by up to/.test(await stage.text('view-line')), 'a shape');
       const isSeen = await until(async () => (/ms old|s old/.test(await stage.text('image-age')) ? 'seen' : /No image: /.test(await stage.text('image-empty')) && 'pressed'), 'a picture, or why there is none');
       assert.equal(isSeen, scene.startsWith('foam') ? 'pressed' : 'seen');
-      if (scene !== 'heart-target') {  // nothing holds it: its force is unknown
+      if (scene !== 'heart-target') {  // the object is not fixed, so its force is unknown
         await stage.when((status) => status.fingers.some((finger) => finger.in_contact), 'a touch');
       }
       assert.deepEqual(stage.errors, []);
@@ -29,7 +30,7 @@ for (const scene of scenes) {
   });
 }
 
-// Nothing but what the page says leads the mouse here, as it would a person.
+// The mouse follows only the page's hints, as a person would.
 const WAYS = { down: [0, 1], up: [0, -1], 'to the left': [-1, 0], 'to the right': [1, 0] };
 for (const scene of ['silicone-block', 'rubber-membrane', 'foam-cube']) {
   test(`${scene}, pressed with the mouse`, async () => {
@@ -41,7 +42,8 @@ for (const scene of ['silicone-block', 'rubber-membrane', 'foam-cube']) {
       const from = [box.x + (0.5 - 0.3 * dx) * box.width, box.y + (0.5 - 0.3 * dy) * box.height];
       const isHeld = () => stage.status.state === 'FOLLOWING', force = () => size(stage.status.chain.sent);
       let way = 0;
-      // A busy machine may keep the page silent, which disengages the operator: the test engages again.
+      // On a busy machine the page may be silent, which disengages the operator. Then the test
+      // engages again.
       const hold = async () => {
         if (isHeld()) return;
         await stage.page.mouse.up();

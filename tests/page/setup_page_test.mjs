@@ -1,4 +1,5 @@
-// The set-up in a browser, as a person does it, on images of a simulated press: first with wrong answers, then until forces come.
+// A person sets up a slave in a browser with images of a simulated press: first with wrong answers,
+// then until forces are shown.
 import assert from 'node:assert/strict';
 import { mkdirSync, readFileSync, rmSync, symlinkSync } from 'node:fs';
 import path from 'node:path';
@@ -8,9 +9,9 @@ import { isDeepStrictEqual } from 'node:util';
 import { Person, cameraOf, compare, imagesOf, processSaved, statesOf } from './setup_person.mjs';
 import { ROOT, SCRATCH, certificate, until } from './stage.mjs';
 
-// What every change must pass does without these.
+// These tests are skipped with PALPATE_QUICK.
 const deepTest = process.env.PALPATE_QUICK ? () => {} : test;
-// As deploy/scenes/silicone-block.yaml has it.
+// The camera of deploy/scenes/silicone-block.yaml.
 const toImage = cameraOf({ pixel: 0.35, centre: [44, 54] });
 const CORNERS = [[0, 0], [88, 0], [88, 88], [0, 88]].map(toImage), TIP = toImage([44, 94.16]);
 
@@ -119,7 +120,7 @@ test("the silicone block's images, set up by clicks that are 2 px off, give the 
 
 const BLOCK = path.join(ROOT, 'deploy/scenes/silicone-block.yaml');
 
-// All steps but the last two.
+// Answers all steps except the last two.
 async function answerAll(person, { modulus = '127', identify = false } = {}) {
   await person.freezeAtRest(TIP);
   await person.go('scale');
@@ -228,7 +229,8 @@ deepTest('each of 27 wrong answers gives a message at its step, changes no other
   }
 });
 
-// Images of `steps` of a slow press, each some seconds long: the tool swings by three images, so that no two in a row are alike.
+// Makes images of `steps` of a slow press, each some seconds long. The tool moves back and forth
+// over three images, so that consecutive images differ.
 function stepsOf(folder, steps) {
   const states = statesOf(folder), held = path.join(SCRATCH, 'setup-steps'), swing = [0, 1, 2, 3, 2, 1], places = [];
   rmSync(held, { recursive: true, force: true });
@@ -264,7 +266,7 @@ test('readings of a kitchen scale give the modulus within its interval, from a g
     const depthNow = async () => Number((await stage.text('setup-force')).match(/at (\S+) mm/)?.[1]);
     for (const { depth, force } of places) {
       let held;
-      // Where a busy machine shows the next step meanwhile, a person holds this one when it comes again.
+      // If a busy machine already shows the next step, the person waits until this one returns.
       await until(async () => {
         await until(async () => Math.abs((await depthNow()) - 1e3 * depth) < 0.2, `a press of ${depth}`);
         await page.waitForTimeout(800);  // a person reads the scale
@@ -283,8 +285,9 @@ test('readings of a kitchen scale give the modulus within its interval, from a g
     const [, modulus, half] = (await stage.text('setup-modulus')).match(/modulus (\S+) kPa ± (\S+) kPa/).map(Number);
     console.log(`${await stage.text('setup-readings')}\n${modulus} ± ${half} kPa for 127 kPa`);
     assert.equal(await stage.text('setup-problems'), '');
-    // An interval of 95 % misses once in 20, one of three standard deviations once in 370. The plane model of a block that is 9 mm
-    // thick is 4.9 % off (check), and so is the modulus: 1.96 times that, and 5 % of the readings.
+    // The test uses three standard deviations, which are exceeded once in 370 runs, since 95 %
+    // would fail once in 20. The error of the plane model of a 9 mm block is 4.9 % (check), and so
+    // is that of the modulus: 1.96 times that, and 5 % of the readings.
     assert.ok(Math.abs(modulus - 127) < (3 / 1.96) * half && half < Math.hypot(0.05, 1.96 * 0.049) * 127, `${modulus} ± ${half}`);
     await page.click('#setup-use-modulus');
     await person.shows('setup-contact', /force is about/);

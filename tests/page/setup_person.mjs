@@ -1,4 +1,5 @@
-// A person who sets up a slave in the browser, with clicks that are some pixels off.
+// A simulated person who sets up a slave in the browser, with clicks that have errors of some
+// pixels.
 import assert from 'node:assert/strict';
 import { execFileSync } from 'node:child_process';
 import { existsSync, mkdirSync, readFileSync } from 'node:fs';
@@ -14,7 +15,8 @@ const normal = (seed) => {
   return () => Math.sqrt(-2 * Math.log(next())) * Math.cos(2 * Math.PI * next());
 };
 
-// Simulates the press of a scene file: its images, and in states.csv the forces of the scene itself.
+// Simulates the press of a scene file. Writes its images, and the forces of the scene in
+// states.csv.
 export function imagesOf(scene, folder, overrides = []) {
   if (!existsSync(path.join(folder, 'states.csv'))) execFileSync(SLAVE, ['process', scene, '--out', folder, '--frames', ...overrides], { stdio: 'ignore' });
   return path.join(folder, 'frames/%06d.png');
@@ -23,10 +25,12 @@ export function statesOf(folder) {
   const [head, ...rows] = readFileSync(path.join(folder, 'states.csv'), 'utf8').trim().split('\n').map((line) => line.split(','));
   return rows.map((row) => Object.fromEntries(head.map((name, i) => [name, ['validity', 'finger', 'check'].includes(name) ? row[i] : Number(row[i])])));
 }
-// The true forces of a simulated run.
+// Returns the true forces of a simulated run.
 export const trueStatesOf = (folder) => statesOf(folder).map((state) => ({ ...state, fx: state.true_fx, fy: state.true_fy, fz: state.true_fz, validity: 'valid' }));
 const size = ({ fx, fy, fz }) => Math.hypot(fx, fy, fz);
-// The forces of two folders with the same images, relative to the largest: {worst, rms, valid: share, sigmas: share within one, two, of `touched` states}.
+// Compares the forces of two folders with the same images. Errors are relative to the largest
+// force: {worst, rms, valid: share, sigmas: shares within one and two sigma, touched: number of
+// states in contact}.
 export function compare(own, wanted) {
   const peak = Math.max(...wanted.map(size)), pairs = own.map((state, i) => [state, wanted[i]]).filter(([a, b]) => a.validity === 'valid' && b?.validity === 'valid');
   const off = pairs.map(([a, b]) => (size(a) - size(b)) / peak), touched = pairs.filter(([, b]) => size(b) > 0.02 * peak);
@@ -34,14 +38,15 @@ export function compare(own, wanted) {
   return { peak, worst: Math.max(...off.map(Math.abs)), rms: Math.sqrt(off.reduce((sum, value) => sum + value * value, 0) / off.length), valid: pairs.length / own.length, sigmas: [within(1), within(2)], touched: touched.length };
 }
 
-// A camera of `width` x `height` px, as a scene gives it: a place of S [mm] in the image [px].
+// Returns a function that maps a point of S [mm] to the image [px], for a scene's camera of `width`
+// x `height` px.
 export const cameraOf = ({ width = 640, height = 480, pixel, centre }) => ([x, y]) => [(width - 1) / 2 + (x - centre[0]) / pixel, (height - 1) / 2 - (y - centre[1]) / pixel];
 
 export class Person {
   constructor(stage, { off = 0, seed = 1 } = {}) {
     Object.assign(this, { stage, off, random: normal(seed) });
   }
-  // A slave that waits for a scene on `images`, its station, and a person before it.
+  // Starts a slave that waits for a scene with `images`, its station, and a person at it.
   static async open({ images, rate, saved, off, seed, slaveArgs, ...station }) {
     mkdirSync(saved, { recursive: true });
     const slave = await serveSetup(saved, images, rate, slaveArgs), stage = await Stage.open({ scene: 'setup', slave, device: 'pointer', log: false, size: [1280, 800], scheme: 'light', ...station });
@@ -79,7 +84,8 @@ export class Person {
     await this.page.locator(`[name="${name}"]`).fill(String(value));
     await this.page.locator(`[name="${name}"]`).blur();
   }
-  // The length between the two marks. The rays of the simulated camera are parallel, as those of a lens that is far away.
+  // Enters the length between the two marks. The rays of the simulated camera are parallel, as for
+  // a distant lens.
   async fillScale(length) {
     await this.fill('scale.length', length);
     await this.fill('scale.distance', '10 m');
@@ -88,7 +94,7 @@ export class Person {
   choose(name, value) {
     return this.page.check(`[name="${name}"][value="${value}"]`);
   }
-  // Answers all questions, and those of step `check`, with "right".
+  // Answers all questions, including those of step `check`, with "right".
   async confirmAll() {
     await until(async () => {
       const asked = this.page.locator('#setup-questions [data-answer=right]');
@@ -104,11 +110,12 @@ export class Person {
   go(step) {
     return this.page.click(`#setup-steps [data-step=${step}]`);
   }
-  // The answers that the page keeps for a reload, without the image.
+  // Returns the answers that the page stores for a reload, without the image.
   async answers() {
     return (await this.page.evaluate(() => JSON.parse(sessionStorage.getItem('setup')))).now;
   }
-  // Freezes until the end of the tool is at `tip` [px], where the press begins: the recorded images repeat.
+  // Freezes images until the tool's end is at `tip` [px], where the press begins, because the
+  // recorded images repeat.
   async freezeAtRest(tip, freeze = () => this.page.click('#setup-freeze')) {
     const [u, v] = tip.map(Math.round);
     await until(async () => {
@@ -122,7 +129,7 @@ export class Person {
       }, [u, v]);
     }, 'an image at rest');
   }
-  // By keyboard alone: Tab until what has the focus matches `selector`; the focus must be visible.
+  // Presses Tab until the focused element matches `selector`. The focus must be visible.
   async tabTo(selector) {
     const focused = () => this.page.evaluate((wanted) => {
       const { activeElement: at } = document;
@@ -145,7 +152,7 @@ export class Person {
     await this.page.keyboard.type(text);
     await this.page.keyboard.press('Tab');
   }
-  // The arrow keys move the cross to `place`, where Enter acts.
+  // Moves the cross to `place` by arrow keys, and presses Enter.
   async setByKeys(place) {
     await this.tabTo('#setup-canvas');
     const cross = async () => {
@@ -164,13 +171,13 @@ export class Person {
     assert.deepEqual(await until(async () => (await cross())?.join() === now.join() && now, `the cross at ${now}`), now);
     await this.page.keyboard.press('Enter');
   }
-  // The box around the tip of a tool of `width` px that points down.
+  // Draws the box around the tip of a tool of `width` px that points down.
   boxTip([u, v], width) {
     return this.drag([u - width / 2 - 15, v - 60], [u + width / 2 + 15, v + 10]);
   }
 }
 
-// The forces of the scene in `saved`, processed from the images that it names: {scene, states}.
+// Processes the images of the scene in `saved`: {scene, states}.
 export function processSaved(saved) {
   const scene = path.join(saved, 'scene.yaml'), out = path.join(saved, 'out');
   execFileSync(SLAVE, ['check', scene], { stdio: 'ignore' });

@@ -1,5 +1,6 @@
-// Sets up N random simulated scenes by clicks that are 2 px off: objects that are pressed by hand, with tilt, tremor, drift, automatic
-// exposure, a passing shadow, wavering intervals and a lens that nobody corrects. Compares the forces with the simulator's true ones.
+// Sets up N random simulated scenes by clicks with errors of 2 px: objects are pressed by hand,
+// with tilt, tremor, drift, automatic exposure, a passing shadow, irregular intervals and an
+// uncorrected lens. Compares the forces with the simulator's true ones.
 //
 //   PALPATE_BIN=build/release/bin PALPATE_SCRATCH=build/page-test node tests/page/setup_random.mjs [N] [SEED]
 //
@@ -10,10 +11,11 @@ import path from 'node:path';
 import { Person, cameraOf, compare, imagesOf, processSaved, trueStatesOf, uniform } from './setup_person.mjs';
 import { SCRATCH, until } from './stage.mjs';
 
-const LIMIT = 0.1, MAX_S = 60;  // error of the peak, rms; page time
+const LIMIT = 0.1, MAX_S = 60;  // rms error relative to the peak; time at the page
 const [count, seed] = [Number(process.argv[2] || 12), Number(process.argv[3] || 1)];
 
-// A scene of `random` size, shape, stiffness and view: its text and what a person knows of it. Lengths in mm.
+// Makes a scene of random size, shape, stiffness and view: its text and the person's knowledge.
+// Lengths in mm.
 function randomScene(random, i) {
   const within = (low, high, digits = 1) => Number((low + (high - low) * random()).toFixed(digits));
   const kind = ['rectangle', 'disc', 'polygon'][i % 3], width = within(30, 140), height = kind === 'disc' ? width : within(0.6 * width, 1.2 * width), larger = Math.max(width, height);
@@ -86,7 +88,7 @@ async function setUp(person, { kind, width, height, thickness, modulus, poisson,
 }
 
 let met = 0;
-const all = [0, 0, 0];  // states in contact, and those within one and two sigma
+const all = [0, 0, 0];  // numbers of states: in contact, within one sigma, within two sigma
 const random = uniform(seed);
 for (let i = 0; i < count; ++i) {
   const { text, known } = randomScene(random, i), folder = path.join(SCRATCH, `random-${seed}-${i}`), saved = path.join(folder, 'saved');

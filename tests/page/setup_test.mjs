@@ -1,4 +1,4 @@
-// The set-up's answers without a browser: geometry, the tip in an image, the scene, and wrong answers.
+// Tests the set-up without a browser: geometry, the tip in an image, the scene, and wrong answers.
 import assert from 'node:assert/strict';
 import { execFileSync } from 'node:child_process';
 import { mkdtempSync, readFileSync, writeFileSync } from 'node:fs';
@@ -6,7 +6,7 @@ import { tmpdir } from 'node:os';
 import path from 'node:path';
 import { test } from 'node:test';
 
-// A flat tool that is seen from straight ahead, unless the test says otherwise.
+// The tool is flat and seen from straight ahead unless a test states otherwise.
 const tipIn = (grey, box, outline, width, isRound = false, underside = 0) => findTip(grey, box, outline, width, isRound, underside);
 
 const ROOT = path.resolve(import.meta.dirname, '../..'), PAGE = path.join(ROOT, 'master/station/page');
@@ -20,12 +20,14 @@ const { quantity } = await load('setup_quantities.js');
 const { callWords, mistakeWords } = await load('setup_text.js');
 const { zipOf } = await load('save.js');
 
-// A camera of 640 x 480 px at 0.35 mm/px whose centre is at (44, 54) mm, as deploy/scenes/silicone-block.yaml has it.
+// A camera of 640 x 480 px at 0.35 mm/px whose centre is at (44, 54) mm, as in
+// deploy/scenes/silicone-block.yaml.
 const PIXEL = 0.35, toImage = ([x, y]) => [319.5 + (x - 44) / PIXEL, 239.5 - (y - 54) / PIXEL];
 const BLOCK = [[0, 0], [88, 0], [88, 88], [0, 88]].map(toImage);
 const noisy = (seed) => () => ((seed = (seed * 1103515245 + 12345) % 2147483648) / 2147483648 - 0.5);
 
-// An image of the block and a flat tool of 5.87 mm whose end is at `tip` [px]: each pixel by the part of it that they cover.
+// Draws the block and a flat tool of 5.87 mm whose end is at `tip` [px]. Each pixel is mixed by the
+// covered part.
 const drawn = new Map();
 const draw = (...what) => drawn.get(JSON.stringify(what)) || drawn.set(JSON.stringify(what), paint(...what)).get(JSON.stringify(what));
 function paint(tip, { block = 170, tool = 60, ground = 20, noise = 2, marks = 0, band = 0 } = {}) {
@@ -41,7 +43,7 @@ function paint(tip, { block = 170, tool = 60, ground = 20, noise = 2, marks = 0,
   return { width: 640, height: 480, levels };
 }
 
-// Complete answers of the silicone block, with clicks that are off by up to `off` px.
+// Returns complete answers for the silicone block, with click errors of up to `off` px.
 function blockAnswers(off = 0, found = null) {
   const random = noisy(7), click = (place) => place.map((value) => value + 2 * off * random()), answers = emptyAnswers();
   const tip = toImage([44, 94.2]), grey = draw(tip, { band: 60 });  // a strip of tape on the tool
@@ -79,17 +81,18 @@ test('clicks that are 3 px off come within 0.1 px of the corners by the edge, al
 test('an outline that comes as its corners alone gives the corners, and one of short sides its circle', () => {
   const random = noisy(5), clicks = BLOCK.map((corner) => corner.map((value) => value + 6 * random()));
   refineCorners(clicks, denser(BLOCK, 3)).forEach((corner, i) => assert.ok(Math.hypot(corner[0] - BLOCK[i][0], corner[1] - BLOCK[i][1]) < 1e-6, `${corner}`));
-  // Sides that are fitted to a circle of radius 100 cross it: half of each lies within it, half without.
+  // Sides that are fitted to a circle of radius 100 cross it: half of each is inside, half outside.
   const corners = Array.from({ length: 26 }, (_, i) => [320 + 100.49 * Math.cos((i * Math.PI) / 13), 240 + 100.49 * Math.sin((i * Math.PI) / 13)]);
   assert.ok(Math.abs(fitCircle(denser(corners, 3)).radius - 100) < 0.2, `${fitCircle(denser(corners, 3)).radius}`);
 });
 
 test('a polygon about a bent edge comes onto the edge, and a square stays one', () => {
-  // 26 sides of which half lies within the circle of radius 100, as above, in either order.
+  // 26 sides, each half inside the circle of radius 100 as above, in either orientation.
   const corners = Array.from({ length: 26 }, (_, i) => [320 + 100.49 * Math.cos((i * Math.PI) / 13), 240 + 100.49 * Math.sin((i * Math.PI) / 13)]);
   for (const polygon of [corners, [...corners].reverse()]) {
     const off = denser(bent(polygon), 3).map(([u, v]) => Math.abs(Math.hypot(u - 320, v - 240) - 100)), before = denser(polygon, 3).map(([u, v]) => Math.abs(Math.hypot(u - 320, v - 240) - 100));
-    // What is left is the height of an arc of half the length, a quarter of 0.73 px, about its chord.
+    // The remaining error is the height of an arc of half the length above its chord, a quarter of
+    // 0.73 px.
     assert.ok(Math.max(...before) > 0.45 && Math.max(...off) < 0.19, `${Math.max(...before)} ${Math.max(...off)}`);
   }
   assert.ok(bent(BLOCK).every((p) => nearestOn(BLOCK, p).distance < 1e-9));
@@ -98,7 +101,8 @@ test('a polygon about a bent edge comes onto the edge, and a square stays one', 
 test('a bent outline that is 2 px off comes onto the edge in the image, also beside something that touches it', () => {
   const levels = new Float32Array(640 * 480).map((_, i) => {
     const [u, v] = [i % 640, Math.floor(i / 640)], inside = Math.min(1, Math.max(0, 100.5 - Math.hypot(u - 320, v - 240)));
-    return Math.abs(u - 320) < 4 && v < 140 ? 200 : 60 + 90 * inside;  // a stick that ends on the disc
+    // A stick whose end touches the disc.
+    return Math.abs(u - 320) < 4 && v < 140 ? 200 : 60 + 90 * inside;
   });
   const off = Array.from({ length: 210 }, (_, i) => (i * 2 * Math.PI) / 210).map((a) => [a, 100 + 2 * Math.sin(5 * a)]);
   const found = ontoEdge({ width: 640, height: 480, levels }, off.map(([a, r]) => [320 + r * Math.cos(a), 240 + r * Math.sin(a)]));
@@ -137,12 +141,12 @@ test('the tip is found within 0.1 px, wherever the box is, with and without mark
   }
 });
 
-// The block's image with a tool that points along `d`, its end at `tip` [px].
+// Draws the block with a tool that points along `d` and ends at `tip` [px].
 function drawTilted(tip, d, isRound) {
   const half = 5.87 / PIXEL / 2, grey = draw([320, -50]), levels = Float32Array.from(grey.levels);
   for (let v = 0; v < 150; ++v) {
     for (let u = 200; u < 440; ++u) {
-      let part = 0;  // of the pixel that the tool covers
+      let part = 0;  // part of the pixel that the tool covers
       for (let i = 0; i < 16; ++i) {
         const [x, y] = [u - tip[0] + ((i % 4) - 1.5) / 4, v - tip[1] + (Math.floor(i / 4) - 1.5) / 4], beside = Math.abs(x * d[1] - y * d[0]);
         const end = isRound ? Math.sqrt(Math.max(0, half * half - beside * beside)) - half : 0;
@@ -170,7 +174,7 @@ test('the apex of a round tool is found, on average within 0.06 px', () => {
     return (seen.tip[0] - tip[0]) * d[0] + (seen.tip[1] - tip[1]) * d[1];
   }));
   const mean = off.reduce((sum, value) => sum + value, 0) / off.length;
-  // The arc alone, as wide as the rows that are taken, would move it by 0.12 px.
+  // Without correction the arc across the used rows would shift it by 0.12 px.
   assert.ok(Math.abs(mean) < 0.06 && off.every((value) => Math.abs(value) < 0.2), `${off}`);
 });
 
@@ -216,20 +220,22 @@ test('a disc and an outline hold arcs between two clicks, of any length', () => 
 });
 
 test('of a bar that is seen from below, the end of its front is found', () => {
-  // A pinhole 200 mm before a bar that is 9 mm deep, at the height of the edge that is pressed: its end is 6 mm higher. The end of
-  // its back, 209 mm away, is seen lower than that of its front, 200 mm away.
+  // A pinhole camera is 200 mm in front of a bar of 9 mm depth, at the height of the pressed edge,
+  // 6 mm below the bar's end. The end of the bar's back, 209 mm away, appears lower than that of
+  // its front, 200 mm away.
   const { answers } = blockAnswers(0, edgeOf(BLOCK)), edge = BLOCK[2][1], focal = 200 / 0.35, [front, back] = [200, 209].map((far) => edge - (6 * focal) / far);
   answers.scale.distance = '200';
   const box = [[294, back - 60], [345, back + 9]];
   for (const [tool, ground] of [[60, 110], [200, 110], [200, 20]]) {
-    // The face of the end has 0.7 of the level of the front: the bar to its back in this level, and over it the front.
+    // The face of the end has 0.7 of the level of the front: the bar is drawn up to its back in
+    // this level, and then its front.
     const bar = (end, level) => draw([319.5, end], { tool: level, ground }).levels, [far, near, shaded] = [bar(back, 0.7 * tool), bar(front, tool), bar(front, 0.7 * tool)];
     const grey = { width: 640, height: 480, levels: far.map((level, i) => level + near[i] - shaded[i]) };
     const { tip } = tipIn(grey, box, BLOCK, 5.87 / PIXEL, false, undersideOf(answers));
-    // Without blur, the place of half of a step of two parts is known no better than a third of a pixel.
+    // Without blur the half level of a two-part step can be located only to a third of a pixel.
     assert.ok(back - front > 0.7 && Math.abs(tip[1] - front) < 0.3, `${tool} before ${ground}: ${tip[1]} for ${front}`);
   }
-  // A stick in the middle has its front behind that of the object, where a pixel shows more.
+  // The front of a stick in the middle is behind that of the object, where a pixel covers more.
   Object.assign(answers.tool, { by: 'part', depth: '3' });
   assert.ok(Math.abs(undersideOf(answers) - 3 / 203) < 1e-9 && Math.abs(toolPixelOf(answers) / pixelOf(answers) - 203 / 200) < 1e-9);
 });
@@ -237,7 +243,8 @@ test('of a bar that is seen from below, the end of its front is found', () => {
 test('a block takes the model of thick bodies, asks for a camera that sees the tip in it, and refuses a round end', () => {
   const { answers } = blockAnswers(0, edgeOf(BLOCK));
   Object.assign(answers.object, { thickness: '60', plane: 'block' });
-  Object.assign(answers.tool, { by: 'part', depth: '6', width: '6.75' });  // nearer it would look so wide
+  // It would look so wide if it were nearer.
+  Object.assign(answers.tool, { by: 'part', depth: '6', width: '6.75' });
   assert.deepEqual(problemsAt('object', answers), []);
   assert.match(questionsAt('tool', answers)[0].text, /27 mm behind the front of the block.*at least 29\.3 mm higher/);
   const { scene } = sceneOf(answers, [], null);
@@ -305,8 +312,9 @@ test('each wrong answer is reported at its step', () => {
   }
 });
 
-// Answers of a person that are wrong, but are numbers: each is refused or asked about before a force is shown. The right ones: a block
-// of 88 x 88 x 9 mm, 127 kPa, held below, pressed by a flat tool of 5.87 mm, with 100 mm of a ruler.
+// Wrong but numeric answers of a person: each must be rejected or questioned before a force is
+// shown. The right ones are: a block of 88 x 88 x 9 mm, 127 kPa, fixed at the bottom, pressed by a
+// flat tool of 5.87 mm, with 100 mm of a ruler.
 const cm = (mm) => String(mm / 10), inCm = (answers) => {
   Object.assign(answers.scale, { length: '10' });
   Object.assign(answers.object, { width: cm(88), height: cm(88), thickness: cm(9) });
@@ -378,7 +386,7 @@ test('numbers are read with decimal commas and units, and refused where they cou
 test('a tip without marks is predicted to be lost where the object is much brighter than what is behind the tool, and marks cure it', () => {
   const tip = toImage([44, 94.2]), box = [[tip[0] - 25, tip[1] - 60], [tip[0] + 25, tip[1] + 9]];
   const lost = (levels) => tipIn(draw(tip, levels), box, BLOCK, 5.87 / PIXEL).follow.lost;
-  // Levels of set-ups that lost or kept the tip: 226 before 105, and about equal.
+  // Levels of set-ups in which the tip was lost (226 in front of 105) or kept (about equal).
   assert.ok(lost({ block: 226, tool: 160, ground: 105 }));
   assert.ok(!lost({ block: 226, tool: 160, ground: 105, band: -80 }));
   assert.ok(!lost({ block: 140, tool: 60, ground: 120 }));
@@ -464,12 +472,14 @@ test('the curve takes depth along the surface normal and the largest valid depth
   assert.ok(Math.abs(curve.largestValid - 0.002) < 1e-12);
 });
 
-// Presses with a modulus that was guessed as 100 kPa: what the scale shows is `factor` times the estimated force [N].
+// Makes presses with a guessed modulus of 100 kPa: the scale shows `factor` times the estimated
+// force [N].
 const pressed = (factor, { off = () => 0, sigma = 0, forces = [0.2, 0.5, 0.9, 1.4, 2] } = {}) =>
   forces.map((force) => ({ force, sigma: sigma * force, modulus: 1e5, reading: factor * force + off() }));
 
 test('readings of a scale give the modulus, with the interval of a regression through zero', () => {
-  // By numpy.linalg.lstsq of these five points and t(0.975, 4) = 2.7764, in units of the guess.
+  // Reference: numpy.linalg.lstsq with these five points and t(0.975, 4) = 2.7764, in units of the
+  // guess.
   const y = [0.31, 0.74, 1.36, 2.12, 2.98], readings = pressed(1).map((press, i) => ({ ...press, reading: y[i] }));
   const { modulus, half, tolerance, warnings } = fitModulus(readings, 1e-3);
   assert.ok(Math.abs(modulus / 1e5 - 1.49915) < 1e-4 && Math.abs(half / 1e5 - 0.017288) < 1e-4, `${modulus} ${half}`);
@@ -484,7 +494,7 @@ test('95 of 100 intervals contain the modulus, whatever the readings, and roundi
   for (let i = 0; i < 2000; ++i) {
     const { modulus, half } = fitModulus(pressed(1.3, { off: () => 0.02 * normal(), forces: [0.3, 0.5, 0.8, 1.1, 1.7, 2.2].slice(0, 3 + (i % 4)) }), 1e-3);
     inside += Math.abs(modulus - 1.3e5) <= half;
-    const step = 0.05, common = 1 + 0.02 * normal();  // each force is off by the same share
+    const step = 0.05, common = 1 + 0.02 * normal();  // all forces have the same relative error
     const rounded = pressed(1.3).map((press) => ({ ...press, force: press.force * common, sigma: 0.02 * press.force, reading: step * Math.round(press.reading / step) }));
     const fit = fitModulus(rounded, step);
     bad += Math.abs(fit.modulus - 1.3e5) > fit.half;

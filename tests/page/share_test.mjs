@@ -1,4 +1,5 @@
-// Charts that are zoomed and read, and the shared file: it opens without a network and shows the forces that were received.
+// Tests zooming and reading of the charts, and the shared file: it opens without a network and
+// shows the received forces.
 import assert from 'node:assert/strict';
 import { execFileSync } from 'node:child_process';
 import { readFileSync, rmSync, statSync } from 'node:fs';
@@ -25,13 +26,13 @@ describe('a press in charts and in a shared file', () => {
     assert.match(await page.locator('#strips').innerText(), /Force, N[^]*Tip path, mm[^]*Link, ms/);
     await until(async () => /^[\d.]+ g$/.test(await stage.text('grams')), 'grams');
     const plot = page.locator('.strip .u-over').first(), box = await plot.boundingBox(), at = (part) => [box.x + part * box.width, box.y + box.height / 2];
-    // Before the last second: there are samples.
+    // Waits for samples before the last second.
     await until(async () => {
       await page.mouse.move(...at(0.97));
       await page.mouse.move(...at(0.98));
       return /^-\d+\.\d\d s: [\d.e-]+ N, [\d.e-]+ g$/.test(await stage.text('charts-time'));
     }, 'the force at the cursor');
-    // The keys of another strip show the values of the same time.
+    // The legend of another strip shows the values of the same time.
     await until(async () => /age [\d.]+/.test(await page.locator('.strip .legend').nth(2).innerText()), 'the values of another strip');
     const [newtons, grams] = (await stage.text('charts-time')).match(/: (\S+) N, (\S+) g/).slice(1).map(Number);
     assert.ok(Math.abs(grams * 9.80665e-3 - newtons) <= 0.006 * newtons + 1e-6, `${newtons} N, ${grams} g`);
@@ -104,7 +105,8 @@ describe('a press in charts and in a shared file', () => {
     await page.locator('#place').fill(String(Math.min(Math.ceil(100 * most.t) / 100, Math.floor(100 * states.at(-1).t) / 100)));
     const shown = Number((await page.locator('#force').innerText()).match(/: ([\d.]+) N/)[1]);
     assert.ok(states.some(({ t, force }) => Math.abs(t - most.t) < 0.2 && Math.abs(force - shown) < 6e-4), `${shown} N for ${most.force} N`);
-    // The image is grey: what has a colour is the field, or an overlay of the slave, which has no such blue-green.
+    // The image is grey, so coloured pixels are the field or an overlay of the slave, which
+    // contains no blue-green.
     const greens = () => page.locator('#view').evaluate((view) => {
       const { data } = view.getContext('2d').getImageData(0, 0, view.width, view.height);
       let count = 0;
@@ -125,7 +127,7 @@ describe('a press in charts and in a shared file', () => {
   });
 });
 
-// Force and sigma by sequence, as Python reads them from the master's recording (palpate.export reads them so).
+// Reads force and sigma by sequence from the master's recording, as palpate.export does.
 const READ = `import pathlib, sys
 from palpate.export import _columns
 from palpate.recording import messages, parsed

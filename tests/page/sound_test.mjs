@@ -1,4 +1,4 @@
-// Contact as sound, without a browser: an audio context that notes what it is asked to play.
+// Tests contact as sound without a browser: a fake audio context records the requested tones.
 import assert from 'node:assert/strict';
 import { beforeEach, test } from 'node:test';
 
@@ -36,7 +36,7 @@ const loudness = () => played.gains[0].value;
 
 test('a contact is heard without a setting: a note at its begin, a lower one at its end, and a tone that grows with the force', () => {
   const sound = new Sound();
-  listeners.keydown();  // browsers play nothing before
+  listeners.keydown();  // browsers play nothing before a key or click
   sound.show(0, false);
   assert.deepEqual([notes(), loudness()], [[], 0]);
   sound.show(0.01, true);

@@ -1,4 +1,4 @@
-// Slave, master and a browser that looks at the master's page, started and stopped as a person would.
+// Starts and stops slave, master and a browser on the master's page, as a person would.
 import { execFileSync, spawn } from 'node:child_process';
 import { createRequire } from 'node:module';
 import { existsSync, readFileSync, writeFileSync } from 'node:fs';
@@ -14,7 +14,8 @@ const MASTER = path.join(BIN, 'palpate-master');
 const need = createRequire(path.join(SCRATCH, 'package.json'));
 const { chromium } = need('playwright-core');
 export const AXE = readFileSync(need.resolve('axe-core/axe.min.js'), 'utf8');
-const START_MS = 180000;  // a volume on a busy machine takes more than a minute to start
+// A scene with a volume takes more than a minute to start on a busy machine.
+const START_MS = 180000;
 export const PATIENCE_MS = 300000;  // a limit against hanging: a busy machine may take long for a step that takes a second
 const SILENT_MS = 60;
 const FLAGS = ['--no-sandbox', '--disable-gpu', '--use-angle=swiftshader', '--enable-unsafe-swiftshader', '--disable-quic', '--no-first-run',
@@ -31,13 +32,14 @@ export async function until(condition, what, patience = PATIENCE_MS) {
   }
   throw new Error(`never came: ${what}${what && programs.map(stateOf).join('')}`);
 }
-// The last lines of a program, and its exit code where it has ended by itself.
+// Records the last lines of each program, and its exit code if it has ended by itself.
 const programs = [];
 const stateOf = ({ spawnargs, exitCode, output }) => `\n${path.basename(spawnargs[0])} ${spawnargs[1]}, exit code ${exitCode}: ${output.slice(-400)}`;
-// The result of `condition` within two seconds, else null: for actions that a busy machine may undo and a person would repeat.
+// Returns the result of `condition` within two seconds, else null: for actions that a busy machine
+// may undo and a person would repeat.
 export const soon = (condition) => until(condition, '', 2000).catch(() => null);
 
-// A program that says `pattern` when it is ready; what it caught is `address`.
+// Starts a program that prints `pattern` when it is ready. The captured text is `address`.
 async function start(program, args, pattern) {
   const child = spawn(program, args, { stdio: ['ignore', 'pipe', 'pipe'] });
   child.output = '';
@@ -58,7 +60,7 @@ async function end(child, signal) {
   programs.splice(programs.indexOf(child), 1);
 }
 
-// The folder of a new certificate of `role`, of one authority for all.
+// Returns the folder of a new certificate of `role`. All are issued by one authority.
 export function certificate(role, ...hosts) {
   const [authority, folder] = ['ca', `tls-${role}`].map((name) => path.join(SCRATCH, name)), certs = path.join(ROOT, 'deploy/certs');
   if (!existsSync(authority)) execFileSync(certs, ['ca', authority]);
@@ -66,17 +68,19 @@ export function certificate(role, ...hosts) {
   return folder;
 }
 
-// A browser takes seconds to start, a slave too: all stages of a file share the one, those of a scene the other.
+// All stages of a file share one browser and those of a scene one slave, because both take seconds
+// to start.
 let browser = null;
 const slaves = new Map();
-// A slave of `scene`, and the `simulator` of its sensors and its manipulator. `overrides` are those of both.
+// Starts a slave with `scene`, and the `simulator` of its sensors and manipulator. `overrides`
+// apply to both.
 export async function serve(scene, overrides = [], program = path.join(BIN, 'palpate-slave'), at = '127.0.0.1:0') {
   const file = path.join(ROOT, `deploy/scenes/${scene}.yaml`);
   const slave = await start(program, ['serve', file, '--listen', at, ...overrides], /^listening on (\S+)/m);
   slave.simulator = await start(path.join(BIN, 'palpate-simulator'), [file, '--slave', slave.address, ...overrides], /^streaming to (\S+)/m);
   return slave;
 }
-// A slave that waits for a scene, on `images` that repeat.
+// Starts a slave that waits for a scene, with repeating `images`.
 export const serveSetup = (folder, images, rate, args = []) => start(path.join(BIN, 'palpate-slave'), ['serve', '--setup', folder, '--camera', images, '--camera-rate', String(rate), '--listen', '127.0.0.1:0', ...args], /^listening on (\S+)/m);
 async function endBoth(slave) {
   await end(slave?.simulator, 'SIGTERM');
@@ -95,7 +99,7 @@ after(async () => {
   for (const scene of [...slaves.keys()]) await endSlave(scene);
 });
 
-// What axe finds against WCAG 2.2, levels A and AA, at the present size of the window.
+// Returns violations of WCAG 2.2, levels A and AA, that axe finds at the present window size.
 export async function violationsOf(page) {
   if (!(await page.evaluate(() => 'axe' in window))) await page.evaluate(AXE);
   const { violations } = await page.evaluate(() => axe.run(document, { resultTypes: ['violations'], runOnly: ['wcag2a', 'wcag2aa', 'wcag21a', 'wcag21aa', 'wcag22aa'] }));
@@ -103,7 +107,8 @@ export async function violationsOf(page) {
 }
 
 export class Stage {
-  // `slave`: that the stage has for itself; `within`: a command that runs the master's; `line`: between browser and master.
+  // `slave`: a slave for this stage alone; `within`: a command that runs the master's command;
+  // `line`: the link between browser and master.
   static async open({ scene, device = 'sim-hand', size = [1280, 720], scheme = 'dark', touch = false, args = [], slave, log = true, within = [], view, line }) {
     const stage = new Stage();
     stage.scene = scene;
@@ -121,7 +126,7 @@ export class Stage {
   endSlave() {
     return endBoth(this.slave);
   }
-  // A recording, without a slave, as from another machine: in TLS, with a token.
+  // Opens a replay of a recording without a slave, as from another machine: with TLS and a token.
   static async replay(file, args = [], touch = false) {
     const stage = new Stage(), tls = certificate('operator', '127.0.0.1');
     stage.master = await start(MASTER, ['replay', file, ...args, '--tls', tls, '--view', '0.0.0.0:0'], /view at (\S+)/);
@@ -142,7 +147,7 @@ export class Stage {
     this.page.on('websocket', (socket) => socket.on('framereceived', ({ payload }) => this.hear(payload)));
     await this.page.goto(this.address);
   }
-  // As the master printed it; a page that is served everywhere is on this machine, too.
+  // The address that the master printed; if it serves on all addresses, that of this machine.
   get address() {
     return this.master.address.replace('0.0.0.0', '127.0.0.1');
   }
@@ -160,21 +165,23 @@ export class Stage {
   text(id) {
     return this.page.locator(`#${id}`).innerText();
   }
-  // Until the text of `id` is `words`, or matches it: the page may not yet have drawn a message that this test received.
+  // Waits until the text of `id` is `words` or matches it, because the page may draw a message
+  // later than this test receives it.
   async shows(id, words) {
     let text;
     const fits = async () => ((text = await this.text(id)), words instanceof RegExp ? words.test(text) : text === words);
     await until(fits, '').catch(() => { throw new Error(`#${id} shows ${JSON.stringify(text)}, never ${words}`); });
   }
-  // Until `selector` is to be seen, or is not.
+  // Waits until `selector` is visible, or is not.
   sees(selector, wanted = true) {
     return this.page.locator(selector).waitFor({ state: wanted ? 'visible' : 'hidden', timeout: PATIENCE_MS });
   }
-  // Until the status is as `condition` wants it.
+  // Waits until the status fulfils `condition`.
   when(condition, what) {
     return until(() => this.status && condition(this.status), what).then(() => this.status);
   }
-  // Throws `error`, or TooBusy where the page, whose thread has little to do, is kept from it for long within four seconds.
+  // Throws `error`, or TooBusy if the thread of the page, which has little to do, is delayed for
+  // long within four seconds.
   async explainByLoad(error) {
     const silence = await this.page.evaluate(async () => {
       let longest = 0, last = performance.now();
@@ -193,7 +200,7 @@ export class Stage {
     writeFileSync(path.join(SCRATCH, `${name}.png`), png);
     return png;
   }
-  // The colours [r, g, b] at `places` [[x, y], ...] of a screenshot.
+  // Returns the colours [r, g, b] at `places` [[x, y], ...] of a screenshot.
   coloursAt(png, places) {
     return this.page.evaluate(async ([base64, at]) => {
       const bytes = Uint8Array.from(atob(base64), (letter) => letter.charCodeAt(0));
@@ -207,7 +214,8 @@ export class Stage {
     await this.context?.close();
     await end(this.master, 'SIGTERM');
   }
-  // Rows of the log, each an object of numbers but for `state` and `reason`. After the master has ended.
+  // Returns the rows of the log after the master has ended, each an object of numbers except
+  // `state` and `reason`.
   readLog() {
     const [head, ...rows] = readFileSync(this.log, 'utf8').trim().split('\n').map((line) => line.split(','));
     return rows.map((row) => Object.fromEntries(head.map((name, i) => [name, name === 'state' || name === 'reason' ? row[i] : Number(row[i])])));

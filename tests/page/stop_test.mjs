@@ -1,5 +1,5 @@
-// Emergency stops from the page: over a line that stalls and is cut each of them arrives, and a page that is not connected says so.
-// PALPATE_STOPS: how many stops, 5 by default.
+// Emergency stops from the page: each arrives although the link stalls and is cut, and a page
+// without connection shows this. PALPATE_STOPS: number of stops, 5 by default.
 import assert from 'node:assert/strict';
 import net from 'node:net';
 import { after, before, describe, test } from 'node:test';
@@ -9,12 +9,13 @@ import { uniform } from './setup_person.mjs';
 
 const STOPS = Number(process.env.PALPATE_STOPS || 5), ARRIVES_MS = Number(process.env.PALPATE_ARRIVES_MS || 30000);
 
-// A line between browser and master: stalled it passes nothing, cut it loses what is under way and takes no connection.
-class Line {
+// A link between browser and master. While stalled it forwards nothing; while cut it drops data and
+// accepts no connections.
+class Link {
   constructor() {
     Object.assign(this, { sockets: new Set(), isCut: false, isStalled: false });
   }
-  // Returns the address of this end. `address`: of the master.
+  // Returns the address of this end. `address`: address of the master.
   async open(address) {
     const { hostname, port } = new URL(address);
     this.server = net.createServer((near) => {
@@ -31,7 +32,7 @@ class Line {
       from.on('error', () => {});
       from.on('close', () => {
         this.sockets.delete(from);
-        to.end();  // what was written passes
+        to.end();  // data that was written still arrives
       });
       if (this.isStalled) from.pause();
     }
@@ -55,7 +56,7 @@ class Line {
 }
 
 describe('an emergency stop over a bad line', () => {
-  const line = new Line(), random = uniform(7), upTo = (ms) => pause(ms * random());
+  const line = new Link(), random = uniform(7), upTo = (ms) => pause(ms * random());
   let stage, page;
   before(async () => {
     const slave = await serve('silicone-block', ['--override', 'model.elements=60', 'sense.camera.rate=20']);
@@ -78,9 +79,9 @@ describe('an emergency stop over a bad line', () => {
     await stage?.endSlave();
   });
 
-  // A busy machine may keep the hand from following: what counts is that nothing is stopped.
+  // On a busy machine the tool may not follow, so the test only requires that it is not stopped.
   const moves = () => stage.when(({ state, at }) => state !== 'ESTOP' && Date.now() - at < 1000, 'a session that is not stopped');
-  // A stop that is sent again after the reset is a later one: a person resets again.
+  // A stop that is repeated after the reset counts as a later one; a person resets again.
   const reset = async () => {
     await until(() => page.locator('#reset').isVisible(), 'the button that resets');
     await until(async () => {
@@ -89,7 +90,7 @@ describe('an emergency stop over a bad line', () => {
     }, 'the end of the stop');
   };
   const press = () => page.keyboard.press('Space');
-  // Until the browser keeps more than 4 kB that it cannot send.
+  // Waits until the browser has more than 4 kB that it cannot send.
   const fill = () => until(() => page.evaluate(() => {
     const socket = window.sockets.at(-1);
     socket.send(new Uint8Array(1 << 20));
@@ -138,7 +139,8 @@ describe('an emergency stop over a bad line', () => {
 
   test('a reset that waits behind other calls does not reset a later stop', async () => {
     const isRefused = () => stage.logEntries.some(({ text }) => text.startsWith('the slave did not reset the stop'));
-    // A busy machine may reset before the stop arrives: then the stop is a new one, and the race is run again.
+    // On a busy machine the reset may arrive before the stop, which is then a new one. Then the
+    // test repeats the race.
     await until(async () => {
       await moves();
       await page.keyboard.press('Escape');

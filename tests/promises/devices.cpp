@@ -18,7 +18,7 @@ namespace palpate::promises {
 namespace {
 
 constexpr double kTick = 0.002;   // of manipulator and operator [s]
-constexpr double kSynthetic = 5;  // length of what is not simulated [s]
+constexpr double kSynthetic = 5;  // duration of samples that are not simulated [s]
 
 void PutTime(double t, google::protobuf::Timestamp* stamp) {
   ToProto(Time{} + Seconds(t), stamp);
@@ -179,7 +179,7 @@ void Devices::Await(const v1::SimulatedSample& sample, double t) {
   const bool is_first = before_.empty();
   const auto report = [&](double at) {
     DrivenClock::Reach(DrivenClock::kBegin + Seconds(at));
-    // Its targets leave as long as its stream lives.
+    // Targets are sent while its stream is open.
     if (slave_.driven_arm() != nullptr) static_cast<void>(slave_.driven_arm()->Aim(Clock::now()));
     if (!reports) return;
     const double share = at < t ? (at - begin) / (t - begin) : 1;
@@ -270,7 +270,7 @@ void Devices::Alter(v1::TactileSample* sample, const v1::SimulatedTruth& truth) 
   if (!is_stuck) held_ = read;
 }
 
-// As the last sample before: of a camera, or of all fingertips.
+// Repeats the last sample of a camera or of all fingertips.
 void Devices::Freeze(int side, v1::SimulatedSample* sample) const {
   const v1::SimulatedSample& last = before_.back();
   if (last.has_images()) {

@@ -1,4 +1,4 @@
-// The devices of a scene, in the same process as a slave on a driven clock, and what disturbs them.
+// The devices of a scene and their disturbances, in the same process as a slave on a driven clock.
 #pragma once
 
 #include <cstdint>
@@ -18,11 +18,11 @@ namespace palpate::promises {
 
 using Samples = std::vector<v1::SimulatedSample>;
 
-// What the devices of `scene` sense while nobody disturbs them: those of palpate-simulator; a depth
-// camera that sees a plane; or channels that rise by 1 per newton under presses of 4 N.
+// Returns the undisturbed samples of the devices of `scene`: those of palpate-simulator, of a depth
+// camera that sees a plane, or of channels that rise by 1 per newton under presses of 4 N.
 const Samples& SamplesOf(const Scene& scene);
 
-// What operator and observers see after a sample.
+// What operator and observers receive after a sample.
 struct Seen {
   double t = 0;  // of the sample [s]
   SlaveState state;
@@ -35,7 +35,7 @@ class Devices {
  public:
   Devices(const Scene& scene, LiveSlave& slave) : scene_(scene), slave_(slave), drivers_(slave) {}
 
-  // Throws std::runtime_error: a call is answered otherwise than `event` says.
+  // Throws std::runtime_error if the answer to a call differs from the answer in `event`.
   void Begin(const Disturbance& event);
   // Manipulator and operator until the sample, then the sample; it is its time afterwards.
   Seen Send(v1::SimulatedSample sample);
@@ -59,7 +59,7 @@ class Devices {
   std::string operates_;
   OperatorCommand command_;
   std::uint64_t states_ = 0;
-  std::vector<std::uint64_t> stops_;  // their numbers
+  std::vector<std::uint64_t> stops_;  // numbers of the active stops
 };
 
 }  // namespace palpate::promises

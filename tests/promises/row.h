@@ -1,5 +1,5 @@
-// A row of the table of promises: what happens to the devices of a scene, and what operator and
-// observers must see.
+// A row of the table of promises: the disturbances of a scene's devices, and what operator and
+// observers must receive.
 #pragma once
 
 #include <array>
@@ -18,7 +18,7 @@ struct Disturbance {
   // Cameras. `side`: 0 left or only camera, 1 right; both without one.
   std::optional<int> side;
   std::optional<Eigen::Vector2d> shift_px;  // of the images, x right, y down
-  std::optional<double> grow;               // factor of the size, about the middle
+  std::optional<double> grow;               // scale factor of the image about its centre
   std::optional<double> light;              // factor of the grey levels
   std::optional<double> blur_px;            // sigma
   std::optional<double> noise;              // sigma [grey levels]
@@ -28,15 +28,16 @@ struct Disturbance {
   // All sensors; `frozen` of one camera with `side`.
   std::optional<bool> frozen, silent;
   // Fingertips: of the first one.
-  std::optional<int> channel;         // which; all without one
-  std::optional<double> value, add;   // it reads this; this more than it does
-  std::optional<bool> stuck, absent;  // it stays where it was; no sample of the fingertip comes
-  std::optional<bool> poses;          // samples carry the true pose, as of a tracked hand
+  std::optional<int> channel;         // channel; absent: all channels
+  std::optional<double> value, add;   // replaces the reading; is added to the reading
+  std::optional<bool> stuck, absent;  // the reading stays constant; the fingertip sends no samples
+  std::optional<bool> poses;          // samples contain the true pose, as from a tracked hand
   // Manipulator.
   std::optional<Eigen::Vector3d> encoders_m;  // more than the true tip, S
-  std::optional<bool> driver;                 // reports come
-  std::optional<bool> reconnects;             // its stream ends, and begins again
-  // Calls, once. `reset`: ReinitializeTracking; what must become of it: accepted, refused.
+  std::optional<bool> driver;                 // the driver sends reports
+  std::optional<bool> reconnects;             // the driver's stream ends and begins again
+  // Calls that are made once. `reset`: the required answer to ReinitializeTracking: accepted or
+  // refused.
   std::optional<std::string> reset;
   // engage in a new epoch, follow, clutch, silence, blind (no newer state), leave
   std::optional<std::string> operates;
@@ -45,18 +46,18 @@ struct Disturbance {
   std::optional<int> reset_of;               // reset of this stop, from 1; it may be refused
 };
 
-// What the states must be whose samples lie within [from, to], times as above. What is absent is
-// not compared.
+// Required states for samples within [from, to], times as above. Absent members are not compared.
 struct Expectation {
   double from = 0, to = 1e9;
   std::optional<std::string> check, validity;  // of at least `share` of the states
   double share = 1;
-  std::optional<std::string> never;            // a check that no state has
-  std::optional<bool> force;                   // known, or unknown, in `share` of the states
+  std::optional<std::string> never;  // a check that no state has
+  // True: the force is known in `share` of the states; false: it is unknown.
+  std::optional<bool> force;
   std::optional<double> force_error;           // largest of a valid force, parts of the true peak
   std::optional<double> tip_error_m;           // largest of the tip
   std::optional<std::array<double, 2>> age_s;  // range, since the sample was taken
-  std::optional<std::array<double, 2>> sigma;  // range of all known ones [N]
+  std::optional<std::array<double, 2>> sigma;  // range of all known sigmas [N]
   // Range of the rms of error by sigma, of valid forces in contact [-].
   std::optional<std::array<double, 2>> error_by_sigma;
   std::optional<std::string> event;  // of one state at least
@@ -71,9 +72,9 @@ struct Row {
   std::string promise;         // the sentence, or a part of it, as it is on the page
   std::filesystem::path scene;
   std::vector<std::string> site;    // overrides of the scene, for its devices and the slave
-  std::vector<std::string> stated;  // overrides for the slave alone
+  std::vector<std::string> stated;  // overrides of the slave's scene only
   bool is_blind = false;            // CHECKS names the error as one that nothing detects
-  std::vector<Disturbance> events;  // by rising times
+  std::vector<Disturbance> events;  // sorted by time
   std::vector<Expectation> expected;
 };
 

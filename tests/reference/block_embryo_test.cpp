@@ -76,7 +76,7 @@ double StiffnessBar(const json& c, int count) {
                                                 : p.at("patch_displacement").get<std::string>();
   const bool frictionless =
       law.find("t_y=0") != std::string::npos || law.find("frictionless") != std::string::npos;
-  // Cases that differ by the place of the press alone share their Green's functions.
+  // Cases that differ only by the place of the press share their Green's functions.
   static std::map<std::string, std::unique_ptr<Bem2dModel>> models;
   const double nu = p.at("poisson_ratio");
   const std::string key = (block ? "block" : "disc") + std::to_string(count) +
@@ -116,7 +116,7 @@ TEST(BlockAndEmbryo, ConstantElementsReproduceTheDiscreteReference) {
       const double k_bar = StiffnessBar(c, count);
       EXPECT_NEAR(k_bar / expected, 1, 1e-6) << id << ", " << count << " elements";
       const double error = k_bar / exact - 1;
-      // The discretisation error of the reference's own solver, and no more.
+      // The error is at most the discretisation error of the reference's solver.
       EXPECT_LE(std::abs(error), std::abs(expected / exact - 1) + 1e-6) << id;
       ++compared;
     }
@@ -124,10 +124,10 @@ TEST(BlockAndEmbryo, ConstantElementsReproduceTheDiscreteReference) {
   EXPECT_GE(compared, 69 * 2);
 }
 
-// Reference: block_width_study. A point contact has no stiffness of its own in the plane:
+// Reference: block_width_study. In the plane the stiffness of a contact vanishes with its width:
 // d(1 / k_bar) / d ln(1 / width) tends to 2 / pi (Flamant). Every patch is four elements wide, so
-// that the discretisation adds nearly the same to each 1 / k_bar and drops out of the slope: 0.1 %
-// is left. The stiffness itself is that of four constant elements, 1 % to 3 % low.
+// that the discretisation adds nearly the same to each 1 / k_bar and hardly changes the slope (by
+// 0.1 %). The stiffness itself is that of four constant elements, 1 % to 3 % low.
 TEST(BlockAndEmbryo, ANarrowerPatchIsSofterByTheLogarithmOfItsWidth) {
   PALPATE_REFERENCE_OR_SKIP(file, "b_block_embryo.json");
   const json study = reference::CaseOf(file, "block_width_study");

@@ -16,9 +16,9 @@ using Eigen::Vector2d;
 using reference::json;
 
 // Reference: Lame's solution up to nu = 0.5, by the radial displacements of the midpoints. Where
-// the plain equations answer, the discrete numbers of the reference (5 %: at nu = 0.49 they are
-// about to lose the pressure in the hole); beyond, the equation for that pressure leaves the error
-// at 0.1 %, the area that a polygon of 60 sides lacks.
+// the plain equations are used, they give the discrete numbers of the reference (5 %: near nu =
+// 0.49 the pressure in the hole becomes inaccurate). Beyond, the equation for that pressure keeps
+// the error at 0.1 %, which is the missing area of a polygon with 60 sides.
 TEST(Elastostatics2d, ARingIsRightUpToNuOneHalf) {
   PALPATE_REFERENCE_OR_SKIP(file, "a_elastostatics2d.json");
   const json c = reference::CaseOf(file, "lame_near_incompressible");
@@ -68,8 +68,8 @@ TEST(Elastostatics2d, TheMixedProblemStaysWellConditionedAtNuOneHalf) {
   }
 }
 
-// Reference: at the critical radius the kernel matrix of the all-displacement problem is singular;
-// no length unit that the meshes choose comes near it.
+// Reference: at the critical radius the kernel matrix of the all-displacement problem is singular.
+// The length units that the meshes choose are far from it.
 TEST(Elastostatics2d, TheDegenerateScaleIsWhereItShouldBeAndNeverUsed) {
   PALPATE_REFERENCE_OR_SKIP(file, "a_elastostatics2d.json");
   const json c = reference::CaseOf(file, "degenerate_scale_circle");
@@ -88,7 +88,8 @@ TEST(Elastostatics2d, TheDegenerateScaleIsWhereItShouldBeAndNeverUsed) {
   }
 }
 
-// Reference: the flexibility block and the stiffness of the middle element of the block's top.
+// Reference: the flexibility block and the stiffness of the element at the centre of the block's
+// top.
 TEST(Elastostatics2d, TheBlocksFlexibilityIsThatOfTheReference) {
   PALPATE_REFERENCE_OR_SKIP(file, "a_elastostatics2d.json");
   const json c = reference::CaseOf(file, "cma_block60");

@@ -1,4 +1,4 @@
-// What the references call a plane and a hold.
+// Names of planes and supports in the reference files.
 #pragma once
 
 #include <array>

@@ -1,5 +1,6 @@
 // Paper B, IV.C and figure 13: three shapes in three foams, each seen unoccluded, occluded by the
-// fingers that touch it, and deformed by them. The paper's sponge fell behind; here none may.
+// fingers that touch it, and deformed by them. In the paper the sponge had a lower score; here all
+// must pass.
 #include <array>
 #include <cmath>
 #include <filesystem>
@@ -27,7 +28,8 @@ namespace fs = std::filesystem;
 
 using Eigen::Vector3d;
 
-constexpr double kApart = 0.3;  // time without contact before the object is imaged alone [s]
+// Time without contact before the object is imaged without fingers [s].
+constexpr double kApart = 0.3;
 constexpr double kStill = 0.5;  // time of a hold before its image [s]
 constexpr double kLeaf = 0.01;  // of the octree [m]
 
@@ -157,10 +159,10 @@ constexpr Foam kFoams[] = {{"hard", 3800, 45}, {"medium", 3200, 30}, {"soft", 30
 
 class NineObjects : public testing::TestWithParam<std::tuple<std::string, Foam>> {};
 
-// The truth is a neo-Hookean body on a finer mesh of its own; the estimate has tactile samples and
-// the fingertips' poses. Tolerances: two points of the octree score. 95 % of the surface
-// lie within a third of the indentation, and the mean within a tenth of it: elements of 10 mm under
-// fingertips of 7 mm resolve no more.
+// The true shape is a neo-Hookean body on a separate finer mesh; the estimate uses tactile samples
+// and the fingertips' poses. Tolerances: two points of the octree score; 95 % of the surface within
+// a third of the indentation, and the mean within a tenth, since elements of 10 mm cannot resolve
+// more under fingertips of 7 mm.
 TEST_P(NineObjects, DeformedShapeScoresWithinTwoPointsOfTheUnoccludedOne) {
   const auto& [name, foam] = GetParam();
   const fs::path file = fs::path(SourcePath()) / "deploy/scenes" / ("foam-" + name + ".yaml");

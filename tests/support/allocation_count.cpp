@@ -4,7 +4,8 @@
 #include <cstdlib>
 #include <new>
 
-// clang's thread sanitizer defines the operators itself, and strongly: there it says what is taken.
+// clang's thread sanitizer defines the operators itself as strong symbols, so its own hooks count
+// the allocations.
 #if defined(__has_feature)
 #if __has_feature(thread_sanitizer)
 #define PALPATE_OPERATORS_ARE_TAKEN

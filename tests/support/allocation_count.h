@@ -1,5 +1,5 @@
-// Counts what a test program takes from the heap: linking palpate_allocation_count replaces its
-// operators new. Under the thread sanitizer of clang what comes from malloc counts too.
+// Counts heap allocations of a test program: linking palpate_allocation_count replaces its
+// operators new. Under clang's thread sanitizer, calls of malloc are counted, too.
 #pragma once
 
 namespace palpate {

@@ -20,7 +20,7 @@ class Choices {
   explicit Choices(std::span<const std::uint8_t> bytes) : bytes_(bytes) {}
 
   [[nodiscard]] bool over() const { return at_ >= bytes_.size(); }
-  // 0 once it is over.
+  // Returns the next byte; 0 after the end.
   std::uint8_t Byte() { return over() ? 0 : bytes_[at_++]; }
   // Below `count`.
   std::size_t Below(std::size_t count) { return Byte() % count; }
@@ -34,7 +34,7 @@ class Choices {
   Eigen::Vector3d Within(double size) {
     return {Within(-size, size), Within(-size, size), Within(-size, size)};
   }
-  // What nobody should have sent.
+  // Returns a value that no correct peer sends.
   double Wild() {
     using Limits = std::numeric_limits<double>;
     constexpr std::array<double, 13> kWild{0,
@@ -58,7 +58,7 @@ class Choices {
   std::size_t at_ = 0;
 };
 
-// What must hold whatever is chosen. Throws std::logic_error.
+// Checks a condition that must hold for any choices. Throws std::logic_error.
 inline void Demand(bool holds, const std::string& what) {
   if (!holds) throw std::logic_error(what);
 }

@@ -1,4 +1,4 @@
-// The hand of an operator of a slave in the same process.
+// A simulated operator of a slave in the same process.
 #pragma once
 
 #include <algorithm>
@@ -10,8 +10,8 @@
 
 namespace palpate {
 
-// A busy machine may hold the tool at any time. As a person does, the hand then engages again, with
-// a new epoch, and goes on from where the tool is.
+// On a busy machine the tool may be held at any time. Like a person, the operator then engages
+// again with a new epoch and continues from the tool's position.
 class EngagedHand {
  public:
   explicit EngagedHand(Slave* slave)
@@ -31,7 +31,7 @@ class EngagedHand {
     if (engaged && state.phase == Phase::kHold) Engage();
     return state;
   }
-  // Sends the present place, and goes on towards `p_S` of the tool by at most `step` [m].
+  // Moves the commanded position towards tool position `p_S` by at most `step` [m] and sends it.
   SlaveState GoTo(const Eigen::Vector3d& p_S, double step) {
     const SlaveState state = Stay();
     if (state.phase != Phase::kFollowing) return state;

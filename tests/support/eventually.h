@@ -1,4 +1,4 @@
-// Waits for what another thread or program does.
+// Waits for a condition that another thread or program fulfils.
 #pragma once
 
 #include <chrono>
@@ -6,7 +6,7 @@
 
 namespace palpate {
 
-// How long anything may take before a test gives up: ten times what the slowest needs.
+// Time after which a test fails: ten times the longest wait that occurs.
 inline constexpr std::chrono::seconds kLiveness{120};
 
 // Looks again until `condition` holds or the time is over.

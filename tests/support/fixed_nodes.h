@@ -1,4 +1,4 @@
-// Which nodes of a test's body are fixed.
+// Selects the fixed nodes of a test's body.
 #pragma once
 
 #include "shared/mesh/solid_mesh.h"

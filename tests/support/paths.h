@@ -1,5 +1,5 @@
-// Where tests find what they read and leave what they write. Functions, not macros: a path of this
-// checkout in every unit's command line would keep clones from sharing what was compiled.
+// Paths of files that tests read and write. They are functions, not macros: a path of this checkout
+// in the command line of every unit would prevent clones from sharing the compiler cache.
 #pragma once
 
 #include <string>

@@ -1,4 +1,4 @@
-// Surfaces of boxes, alone and together.
+// Surfaces of single and joined boxes.
 #pragma once
 
 #include "shared/mesh/solid_mesh.h"

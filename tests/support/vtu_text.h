@@ -8,7 +8,7 @@
 
 namespace palpate {
 
-// The array whose tag contains `attribute`, such as `Name="types"`. Empty: there is none.
+// The array whose tag contains `attribute`, such as `Name="types"`. Empty: not found.
 template <class T>
 std::vector<T> VtuArray(const std::string& file, const std::string& attribute) {
   const std::size_t named = file.find(attribute);

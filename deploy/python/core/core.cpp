@@ -1,5 +1,5 @@
-// The module palpate._core: the models, the comparison of forces and the fits of materials. What
-// users call, with checks of types, is in deploy/python/palpate.
+// The module palpate._core: the models, the comparison of forces and the fits of materials. The
+// public functions, which check types, are in deploy/python/palpate.
 #include <map>
 #include <memory>
 #include <optional>

@@ -30,12 +30,12 @@ class Comparison:
 
     @property
     def wrong(self) -> list[str]:
-        """Keys of what is wrong, in any card: magnitude, unit, sign, frame, zero, delay, time, sigma, ..."""
+        """Keys of the lines that are wrong in any card: magnitude, unit, sign, frame, zero, delay, time, sigma, ..."""
         return sorted({key for card in self.report["cards"] for key, line in card["lines"].items() if line["verdict"] == "wrong"})
 
     @property
     def likely_wrong(self) -> list[str]:
-        """What is likely wrong, one sentence each."""
+        """Likely causes, one sentence each."""
         return [cause for card in self.report["cards"] for cause in card["likely_wrong"]]
 
 

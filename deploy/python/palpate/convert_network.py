@@ -23,7 +23,7 @@ TENSORS_FILE = "tensors.json"
 INPUTS = (21, 19)
 MAX_WINDOW = 1000
 WINDOWS = 20  # random windows that are compared
-MAX_DIFFERENCE = 1e-6  # of an output, relative to 1 + the largest output of the random windows
+MAX_DIFFERENCE = 1e-6  # largest difference of an output, relative to 1 + the largest output of the random windows
 AUTHORS_FORCE = 1.0  # largest force that paper B's authors trained on, IV.A [N]
 ACTIVATIONS: dict[type, str] = {torch.nn.Tanh: "tanh", torch.nn.ReLU: "relu", torch.nn.Sigmoid: "sigmoid", torch.nn.ELU: "elu",
                                 torch.nn.LeakyReLU: "leaky_relu", torch.nn.Identity: "identity"}
@@ -110,7 +110,7 @@ def layers_of(module: torch.nn.Module, activation: str, channels: int = 0) -> La
     """`activation`: between linear layers without a module for it. `channels`: of another sensor; 0: electrodes. Raises InputError
     naming the layer."""
     layers = Layers()
-    width, before = 0, ""  # what the last layer gives, and its name
+    width, before = 0, ""  # width of the last layer's output, and its name
     for name, part in leaves(module):
         if isinstance(part, (torch.nn.LSTM, torch.nn.Linear)):
             takes, gives = ((part.input_size, part.hidden_size) if isinstance(part, torch.nn.LSTM)
@@ -150,7 +150,7 @@ def layers_of(module: torch.nn.Module, activation: str, channels: int = 0) -> La
 
 
 def in_single_precision(layers: Layers) -> Layers:
-    """As network.json has the numbers."""
+    """Rounds the weights to single precision, as they are in network.json."""
     def rounded(arrays: tuple[Array, ...]) -> Any:
         return tuple(array.astype(np.float32).astype(float) for array in arrays)
     return Layers([rounded(layer) for layer in layers.lstm], [rounded(layer) for layer in layers.dense], layers.activations)
@@ -180,7 +180,7 @@ def forward(layers: Layers, x: Array) -> Array:
 
 
 def output_of(module: torch.nn.Module, layers: Layers, x: Array) -> Array:
-    """PyTorch's output of one window: the last row where it gives all."""
+    """Returns PyTorch's output for one window: the last row if it returns one per sample."""
     rows = torch.from_numpy(x)
     batch_first = all(part.batch_first for part in module.modules() if isinstance(part, torch.nn.RNNBase))
     given = rows[-1:] if not layers.recurrent else rows[None] if batch_first else rows[:, None]
@@ -199,7 +199,7 @@ def compare(module: torch.nn.Module, layers: Layers, window: int) -> float:
     windows = random.normal(size=(WINDOWS, window if layers.recurrent else 1, layers.inputs))
     try:
         expected = np.array([output_of(module, layers, x) for x in windows])
-    except Exception as error:  # the module's own code raises anything
+    except Exception as error:  # the module's own code may raise any exception
         shape = (1, window, layers.inputs) if layers.recurrent else (1, layers.inputs)
         raise InputError(f"the forward pass fails for an input of {list(shape)}: {type(error).__name__}: {error}") from error
     got = np.array([forward(layers, x) for x in windows])
@@ -254,7 +254,7 @@ def authors_module(file: pathlib.Path) -> torch.nn.Module:
 
 
 class Chain(torch.nn.Module):
-    """LSTM layers, and a linear layer on the last state."""
+    """LSTM layers, with a linear layer on the last state."""
 
     def __init__(self, recurrent: list[torch.nn.Module], head: torch.nn.Module) -> None:
         super().__init__()
@@ -268,8 +268,8 @@ class Chain(torch.nn.Module):
 
 
 class OwnLayers(pickle.Unpickler):
-    """Reads what torch.save wrote (its archive of PyTorch 1.6 and later) and makes tensors, containers and PyTorch's own layers
-    alone: no code that the file names runs."""
+    """Unpickler for files of torch.save (the archive of PyTorch 1.6 and later). It makes only tensors, containers and
+    PyTorch's own layers, so no code from the file runs."""
 
     def __init__(self, archive: zipfile.ZipFile, name: str) -> None:
         super().__init__(io.BytesIO(archive.read(name)), encoding="utf-8")
@@ -294,7 +294,7 @@ class OwnLayers(pickle.Unpickler):
 
 
 def whole_file(source: str, trust: bool) -> Any:
-    """What torch.save wrote. Raises InputError for TorchScript, and without `trust` for code."""
+    """Reads a file of torch.save. Raises InputError for TorchScript, and for a file with code unless `trust` is set."""
     if trust:
         sys.path.insert(0, "")
         return torch.load(source, map_location="cpu", weights_only=False)
@@ -312,7 +312,7 @@ def made_by(source: str, package: str, make: str) -> torch.nn.Module:
     try:
         module: torch.nn.Module = getattr(importlib.import_module(package), make)()
         return module
-    except Exception as error:  # the user's code raises anything
+    except Exception as error:  # the user's code may raise any exception
         raise InputError(f"{source}: {type(error).__name__}: {error}") from error
 
 
@@ -333,7 +333,7 @@ def load(source: str, state: str | None, trust: bool = False) -> torch.nn.Module
         if str(error).startswith(source):
             raise
         raise InputError(f"{source}: {error}") from error
-    except Exception as error:  # an unpickler raises anything
+    except Exception as error:  # an unpickler may raise any exception
         failed = state if state is not None and ":" in source else source
         foreign = what_is(failed)
         if foreign:

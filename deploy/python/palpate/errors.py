@@ -35,7 +35,7 @@ class Interrupted(Error):
 
 
 class Source(Generic[Message]):
-    """Messages for gRPC, which hides an error of what makes them. `raised` keeps it."""
+    """Iterates over messages for gRPC. gRPC hides an exception of the iterator; `raised` keeps it."""
 
     def __init__(self, messages: Iterator[Message]) -> None:
         self._messages = messages

@@ -1,13 +1,13 @@
 """Writes a recording as files: python3 -m palpate.export FILE.mcap OUT
 
-Of a master's recording: one entry per tick in OUT/numpy (t, p_M, p_S, force, estimated, sigma, validity, check, phase,
-reasons, state_sequence, age, sensed_age, marks), the same as OUT/ticks.csv, OUT/states.csv with a row per received state,
-OUT/images.csv with OUT/images/NNNNNN.jpg, and OUT/meshes.pvd with OUT/meshes/NNNNNN.vtu for ParaView: displacement [m] and, if
-known, traction [Pa].
-Of a slave's recording: one entry per estimate (t, sample), the same as OUT/states.csv, with fingertips tactile (t, then
-19 electrodes, dynamic and static pressure of each), the images as OUT/left/NNNNNN.png and OUT/right/NNNNNN.png by the number of
-their sample, and the scene with its files in OUT/scene. The other columns of states are the fields of SlaveState in state.proto.
-SI units; t [s] since the first entry. Unknown numbers are NaN, in CSV empty.
+From a master's recording: one entry per tick in OUT/numpy (t, p_M, p_S, force, estimated, sigma, validity, check,
+phase, reasons, state_sequence, age, sensed_age, marks), the same as OUT/ticks.csv, OUT/states.csv with a row per
+received state, OUT/images.csv with OUT/images/NNNNNN.jpg, and OUT/meshes.pvd with OUT/meshes/NNNNNN.vtu for ParaView:
+displacement [m] and, if known, traction [Pa]. From a slave's recording: one entry per estimate (t, sample), the same as
+OUT/states.csv, with fingertips tactile (t, then 19 electrodes, dynamic and static pressure of each), the images as
+OUT/left/NNNNNN.png and OUT/right/NNNNNN.png by the number of their sample, and the scene with its files in OUT/scene.
+The other columns of states are the fields of SlaveState in state.proto. SI units; t [s] since the first entry. Unknown
+numbers are NaN, in CSV empty.
 """
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What drivers of cameras and fingertips send."""
+"""Samples that drivers of cameras and fingertips send."""
 from __future__ import annotations
 
 import dataclasses
@@ -35,7 +35,7 @@ class TactileSample:
     t: float | None = None  # [s since 1970], this machine's clock; None: now
     position: Sequence[float] | Array | None = None  # origin of frame F in S [m]; None: it follows the manipulator
     orientation: Sequence[float] | Array = ()  # rotation of F in S, w x y z; with `position` only
-    unit: str = ""  # of the channels; refused if it is not the scene's. Empty: not stated
+    unit: str = ""  # unit of the channels; rejected if it is not the scene's. Empty: not stated
 
 
 def paced(items: Iterable[Item], rate: float) -> Iterator[Item]:

@@ -1,4 +1,4 @@
-"""What a file is, by its first bytes: the names of formats that Palpate does not read, and how to convert them."""
+"""Detects from a file's first bytes formats that Palpate does not read, and states how to convert them."""
 from __future__ import annotations
 
 import os
@@ -34,7 +34,7 @@ FORMATS = (
 
 
 def what_is(file: str | os.PathLike[str]) -> str:
-    """`a workbook (.xlsx): save the table as CSV`; empty: unknown, unreadable, or text."""
+    """Returns for example `a workbook (.xlsx): save the table as CSV`. Empty: unknown, unreadable, or text."""
     try:
         with open(file, "rb") as stream:
             begin = stream.read(512)

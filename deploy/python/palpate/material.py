@@ -18,13 +18,13 @@ from palpate import _core
 from palpate.model import ForceWarning
 
 SIZES = ("diameter", "height", "area")
-# Arguments by the options of the command, where their names differ.
+# Options of the command whose arguments have other names.
 ARGUMENTS = {"from": "smallest", "to": "largest"}
 
 
 @dataclasses.dataclass(frozen=True)
 class Material:
-    """What tests say of a material.
+    """Results of tests of a material.
 
     young_modulus  [Pa]: of presses or loads the modulus that fits them; of test tables the one at rest of the best law, or the
                    modulus that remains after a relaxation. NaN: none is proposed

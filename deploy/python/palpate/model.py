@@ -21,7 +21,7 @@ READ_BY_PALPATE = (".veg", ".node", ".ele", ".msh", ".stl", ".ply")
 
 
 class ForceWarning(UserWarning):
-    """Numbers that are hardly meant, or an answer that is no measurement; the text says why."""
+    """Warns of implausible numbers, or of an answer that is not valid; the text states the reason."""
 
 
 @dataclasses.dataclass(frozen=True)
@@ -210,7 +210,7 @@ def _floats(values: Any, name: str) -> Array:
 
 
 def _plain(value: Any, name: str) -> Any:
-    """A value of a scene in the types of JSON."""
+    """Converts a value of a scene to types of JSON."""
     if isinstance(value, Mapping):
         return {str(key): _plain(one, f"{name}.{key}") for key, one in value.items()}
     if isinstance(value, np.ndarray):
@@ -225,12 +225,12 @@ def _plain(value: Any, name: str) -> Any:
 
 
 def _text(scene: Mapping[str, Any]) -> str:
-    """JSON is YAML. Not a number is written as such, and refused with its key."""
+    """Writes a scene as JSON, which is YAML. NaN is written as such and rejected with its key."""
     return json.dumps(_plain(scene, "scene"))
 
 
 def _geometry(mesh: Any, thickness: float | str | None, unit: float | str) -> tuple[dict[str, Any], Array | None, Any]:
-    """The scene's geometry, and nodes and elements of a mesh in memory."""
+    """Returns the geometry of the scene, and nodes and elements of a mesh in memory."""
     given = _mesh_or_dict(mesh, unit)
     if given is None:
         return _outline(mesh, thickness, unit), None, None
@@ -296,7 +296,8 @@ def _in_memory(nodes: Any, elements: Any, unit: float | str) -> tuple[dict[str, 
 
 
 def _fixed(fixed: Any, elements: Any) -> tuple[Any, Any]:
-    """What a scene states, and what needs the nodes of the body: a function, a mask or numbers."""
+    """Splits `fixed` into the part for the scene and the part that needs the nodes of the body: a function, a mask or
+    numbers."""
     if fixed is None:
         return None, None
     if isinstance(fixed, Mapping):
@@ -318,7 +319,7 @@ def _fixed(fixed: Any, elements: Any) -> tuple[Any, Any]:
 
 
 def _numbers_of(fixed: Any, nodes: Array) -> NDArray[np.int64]:
-    """The numbers of the nodes of a volume that are fixed."""
+    """Returns the numbers of the fixed nodes of a volume."""
     if len(nodes) == 0:
         raise ValueError("fixed: nodes: expected a volume; a plane body takes {\"side\": \"bottom\"}, and a membrane is fixed at its rim")
     chosen = np.asarray(fixed(nodes) if callable(fixed) else fixed)

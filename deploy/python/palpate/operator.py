@@ -16,8 +16,8 @@ from palpate.state import Array, Phase, State, States, rotation_matrix, vector
 from palpate.v1 import scene_pb2, state_pb2, teleoperation_pb2
 
 PERIOD = 0.004  # [s] between commands; the slave holds the tool after 30 ms of silence
-HELD = 1.0  # [s] for which the tool may not follow before a motion raises Interrupted
-ANSWER = 10.0  # [s] for the first state and for an engagement
+MAX_HOLD = 1.0  # [s] after which a motion raises Interrupted if the tool does not follow
+TIMEOUT = 10.0  # [s] longest wait for the first state and for an engagement
 
 
 class Operator:
@@ -40,18 +40,19 @@ class Operator:
         self._closing = self._ended = False
         self._sequence, self._epoch, self._engaged = 0, 0, False
         self._offset: Array | None = None  # tip at the engagement
-        self._moved, self._goal, self._speed = np.zeros(3), np.zeros(3), 0.0  # from there: at present, at the end; frame S
+        # Displacement from there: present and final, frame S; speed.
+        self._moved, self._goal, self._speed = np.zeros(3), np.zeros(3), 0.0
         metadata = (("palpate-operator-bin", name.encode()),)
         self._stream = stub.Operate(self._commands(), metadata=metadata)
         self._reader = threading.Thread(target=self._read, daemon=True)
         self._reader.start()
         try:
-            self._wait(lambda: True, ANSWER, "no state arrived")
+            self._wait(lambda: True, TIMEOUT, "no state arrived")
         except Error:
             self.close()
             raise
 
-    # ---- what a script calls
+    # ---- public methods
 
     @property
     def state(self) -> State:
@@ -72,7 +73,7 @@ class Operator:
         The settings of the slave may have changed since the last engagement: they are read again.
         """
         with translated():
-            scene = self._stub.GetScene(teleoperation_pb2.GetSceneRequest(), timeout=ANSWER)
+            scene = self._stub.GetScene(teleoperation_pb2.GetSceneRequest(), timeout=TIMEOUT)
         with self._changed:
             self._use(scene)
             self._epoch += 1
@@ -83,7 +84,7 @@ class Operator:
             newest = self._states[-1]
             return newest.message.epoch == self._epoch and newest.phase == Phase.FOLLOWING
 
-        self._wait(follows, ANSWER, "the slave does not follow")
+        self._wait(follows, TIMEOUT, "the slave does not follow")
         with self._changed:
             self._offset = vector(self._states[-1].message.offset)
 
@@ -103,12 +104,12 @@ class Operator:
                 while not np.array_equal(self._moved, self._goal):
                     if self._follows():
                         held = time.monotonic()
-                    elif time.monotonic() - held > HELD:
+                    elif time.monotonic() - held > MAX_HOLD:
                         raise self._interrupted("the tool does not follow")
                     self._changed.wait(PERIOD)
                     self._check()
             finally:
-                self._goal = self._moved  # an interrupted motion does not go on by itself
+                self._goal = self._moved  # an interrupted motion does not continue by itself
             return States.of(self._states)
 
     def move_by(self, step: Sequence[float] | Array, speed: float = 0.005) -> States:
@@ -128,12 +129,12 @@ class Operator:
     def stop(self, reason: str = "") -> None:
         """Emergency stop, latched until `Slave.reset`."""
         with translated():
-            self._stub.Stop(teleoperation_pb2.StopRequest(reason=reason), timeout=ANSWER)
+            self._stub.Stop(teleoperation_pb2.StopRequest(reason=reason), timeout=TIMEOUT)
 
     def close(self) -> None:
         """Opens the clutch and returns the lease."""
         self._closing = True
-        self._reader.join(ANSWER)
+        self._reader.join(TIMEOUT)
         self._stream.cancel()
 
     def __enter__(self) -> Operator:
@@ -146,7 +147,8 @@ class Operator:
 
     @contextlib.contextmanager
     def _motion(self) -> Iterator[None]:
-        """Holds the lock. Keeps all states from the newest on; between motions they would fill the memory."""
+        """Holds the lock during a motion and keeps all states from the newest one on. Between motions only the newest
+        is kept."""
         with self._changed:
             del self._states[:-1]
             self._is_moving = True
@@ -171,7 +173,7 @@ class Operator:
         while not self._closing:
             now = time.monotonic()
             with self._changed:
-                command = self._command(min(now - last, 0.02))  # a stalled machine makes no step
+                command = self._command(min(now - last, 0.02))  # after a stall of the machine the step is limited
             last = now
             yield command
             time.sleep(PERIOD)

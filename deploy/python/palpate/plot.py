@@ -1,6 +1,6 @@
 """Draws a table of Palpate: python3 -m palpate.plot FILE.csv [--out FILE.svg]
 
-The header tells what is drawn. Needs python3-matplotlib. The ending of --out is the format (.svg, .png, .pdf).
+The table's header determines the plot. Needs python3-matplotlib. The ending of --out is the format (.svg, .png, .pdf).
 
   study.csv                    error of the contact force over update time, one colour for each model family
   states.csv                   force and one standard deviation over time; states that are not valid are grey
@@ -26,7 +26,7 @@ AXES = "xyz"
 
 
 def read(file: pathlib.Path) -> Table:
-    """The columns of a CSV file. Raises ValueError: no header, or a row of another length."""
+    """Reads the columns of a CSV file. Raises ValueError: no header, or a row of another length."""
     if foreign := what_is(file):
         raise ValueError(f"{file}: {foreign}: expected a CSV file")
     try:

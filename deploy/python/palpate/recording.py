@@ -21,14 +21,14 @@ from palpate.state import Array, State, States, vector
 from palpate.v1 import recording_pb2, state_pb2
 
 MAGIC = b"\x89MCAP0\r\n"
-# Opcodes of the records that matter here.
+# Opcodes of the records that are read.
 FOOTER, SCHEMA, CHANNEL, MESSAGE, CHUNK, ATTACHMENT, METADATA, DATA_END = 2, 3, 4, 5, 6, 9, 12, 15
 MAX_CHUNK = 256 << 20  # uncompressed [bytes]
 PART_NOTE = "palpate.part"  # metadata that identifies the recording of a part, and its number
 
 
 class Channel(NamedTuple):
-    """What an MCAP file says of the messages of a topic."""
+    """A channel record: topic and type of messages."""
     topic: str = ""
     schema: str = ""  # name of the message's type
     encoding: str = ""
@@ -45,13 +45,13 @@ class Recording:
     tick_t: Array  # one per tick of the master's 1 kHz loop: time on the recorder's clock [s since 1970]
     device: Array  # device tip, frame M, n x 3 [m]
     sent: Array  # force sent to the device, frame M, n x 3 [N]
-    damage: tuple[str, ...] = ()  # what cannot be read, with file and byte; empty: the recording is whole
+    damage: tuple[str, ...] = ()  # errors with file and byte; empty: the recording is complete
 
 
 def read_recording(file: str | os.PathLike[str]) -> Recording:
     """Reads a recording of `palpate-master connect --record` or `palpate-slave serve --record`.
 
-    What a cut file contains before the cut is read; what is damaged is left out. `damage` and a RecordingWarning say where.
+    A truncated file is read up to its end; damaged parts are left out. `damage` and a RecordingWarning state where.
     Raises ValueError for a file of another kind.
     """
     states: list[State] = []
@@ -73,7 +73,7 @@ def read_recording(file: str | os.PathLike[str]) -> Recording:
 
 
 def parsed(kind: type[Any], data: bytes, file: str | os.PathLike[str]) -> Any:
-    """The message of this kind. Raises ValueError naming the file."""
+    """Parses a message of this type. Raises ValueError naming the file."""
     try:
         message: Message = kind.FromString(data)
     except DecodeError as error:
@@ -84,7 +84,7 @@ def parsed(kind: type[Any], data: bytes, file: str | os.PathLike[str]) -> Any:
 def messages(file: str | os.PathLike[str]) -> Iterator[tuple[str, float, bytes]]:
     """Yields (topic, time [s since 1970], data) of all messages of an MCAP file, or of its parts `FILE-0001.mcap`, ...
 
-    What is damaged or missing is left out, with a RecordingWarning at the end. Raises ValueError: no MCAP file.
+    Damaged and missing parts are left out, with a RecordingWarning at the end. Raises ValueError: no MCAP file.
     """
     damage: list[str] = []
     yield from _read_messages(file, damage)
@@ -126,7 +126,7 @@ def _warn(damage: list[str]) -> None:
 
 
 def _text(record: memoryview, at: int) -> tuple[str, int]:
-    """A text with its length before it, and where the next field begins."""
+    """Returns a text that is preceded by its length, and the position of the next field."""
     length, = struct.unpack_from("<I", record, at)
     if at + 4 + length > len(record):
         raise struct.error
@@ -134,13 +134,13 @@ def _text(record: memoryview, at: int) -> tuple[str, int]:
 
 
 class _Known(NamedTuple):
-    """Schemas and channels of a part so far, by their numbers."""
+    """Schemas and channels read so far, by their numbers."""
     schemas: dict[int, str]
     channels: dict[int, Channel]
 
 
 class _Part:
-    """One MCAP file. `damage` gets what cannot be read, with its place."""
+    """One MCAP file. Errors are appended to `damage` with their positions."""
 
     def __init__(self, file: pathlib.Path, damage: list[str]) -> None:
         self.file, self.damage = file, damage
@@ -155,7 +155,7 @@ class _Part:
         return f"{self.file}: at byte {at}: {what}"
 
     def records(self) -> Iterator[tuple[int, memoryview, int]]:
-        """Opcode, content and place of each record up to the end of the data."""
+        """Yields opcode, content and position of each record up to the end of the data."""
         at, is_whole = len(MAGIC), False
         while at + 9 <= len(self.data):
             opcode, length = struct.unpack_from("<BQ", self.data, at)
@@ -231,7 +231,7 @@ class _Part:
 
 
 def _parts(file: str | os.PathLike[str], damage: list[str] | None = None) -> Iterator[_Part]:
-    """The file, or its parts. Raises ValueError: no MCAP file."""
+    """Returns the file or its parts. Raises ValueError: no MCAP file."""
     path = pathlib.Path(file)
     parts = sorted(path.parent.glob(f"{path.stem}-[0-9][0-9][0-9][0-9]{path.suffix}"))
     for part in [path] if path.exists() or not parts else parts:
@@ -244,7 +244,7 @@ def _read_messages(file: str | os.PathLike[str], damage: list[str]) -> Iterator[
 
 
 def _read_channels(file: str | os.PathLike[str], damage: list[str]) -> Iterator[tuple[Channel, int, bytes]]:
-    """The messages of a file or of its parts, and in `damage` what is missing."""
+    """Yields the messages of a file or of its parts; errors are appended to `damage`."""
     identity, number = "", 0
     for part in _parts(file, damage):
         is_new = part.file != pathlib.Path(file)
@@ -263,7 +263,7 @@ def _read_channels(file: str | os.PathLike[str], damage: list[str]) -> Iterator[
 
 @functools.cache
 def _zstd() -> ctypes.CDLL:
-    """The library. It is searched once, because the search starts other programs."""
+    """Returns the library zstd. It is located once, because the search starts other programs."""
     library = ctypes.CDLL(ctypes.util.find_library("zstd") or "libzstd.so.1")
     library.ZSTD_decompress.restype = ctypes.c_size_t
     library.ZSTD_decompress.argtypes = [ctypes.c_void_p, ctypes.c_size_t, ctypes.c_char_p, ctypes.c_size_t]
@@ -271,7 +271,7 @@ def _zstd() -> ctypes.CDLL:
 
 
 def _unpacked(packed: bytes, size: int, how: str) -> bytes | None:
-    """None: damaged, or compressed with something else."""
+    """Returns the decompressed data. None: damaged, or compressed by another method."""
     if how == "":
         return packed if len(packed) == size else None
     if how != "zstd" or size > MAX_CHUNK:

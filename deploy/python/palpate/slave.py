@@ -18,7 +18,7 @@ from palpate.state import Mesh, State, States, Validity, seconds as seconds_of
 from palpate.v1 import devices_pb2, scene_pb2, telemetry_pb2, teleoperation_pb2 as pb
 from palpate.v1 import teleoperation_pb2_grpc
 
-ANSWER = 10.0  # [s] for the reply to a request
+TIMEOUT = 10.0  # [s] longest wait for the reply to a request
 # A link that is cut is silent: without keepalive a stream on it would wait for ever. After 1 s without data the client
 # sends a ping, and after 10 s without its answer every call ends with an error.
 KEEPALIVE = [("grpc.keepalive_time_ms", 1000), ("grpc.keepalive_timeout_ms", 10000), ("grpc.http2.max_pings_without_data", 0),
@@ -63,12 +63,12 @@ class Slave:
     def scene(self) -> scene_pb2.SceneDescription:
         """What is modelled, and in `capabilities` workspace, degrees of freedom, rates and limits."""
         with translated():
-            return self.stub.GetScene(pb.GetSceneRequest(), timeout=ANSWER)  # type: ignore[no-any-return]
+            return self.stub.GetScene(pb.GetSceneRequest(), timeout=TIMEOUT)  # type: ignore[no-any-return]
 
     def status(self) -> telemetry_pb2.Status:
         """Phase, validity, operator, rates and alarms."""
         with translated():
-            return self.stub.GetStatus(pb.GetStatusRequest(), timeout=ANSWER)  # type: ignore[no-any-return]
+            return self.stub.GetStatus(pb.GetStatusRequest(), timeout=TIMEOUT)  # type: ignore[no-any-return]
 
     def reset(self, known: telemetry_pb2.Status | None = None) -> telemetry_pb2.Status:
         """Clears the emergency stop that the status `known` shows: `slave.reset(slave.status())`.
@@ -78,12 +78,12 @@ class Slave:
         """
         request = pb.ResetRequest(stops=known.stops if known else 0)
         with translated():
-            return self.stub.Reset(request, timeout=ANSWER)  # type: ignore[no-any-return]
+            return self.stub.Reset(request, timeout=TIMEOUT)  # type: ignore[no-any-return]
 
     def stop(self, reason: str = "") -> telemetry_pb2.Status:
         """Emergency stop, latched until `reset`."""
         with translated():
-            return self.stub.Stop(pb.StopRequest(reason=reason), timeout=ANSWER)  # type: ignore[no-any-return]
+            return self.stub.Stop(pb.StopRequest(reason=reason), timeout=TIMEOUT)  # type: ignore[no-any-return]
 
     # ---- watching
 

@@ -23,8 +23,8 @@ from palpate.training.recordings import (WINDOW, Array, DataArgument, InputError
 MIN_WINDOWS = 100  # one second of samples
 QUICK_TEST = 10_000  # windows that are tested after a stop
 MIN_FORCE = 1e-6  # an fz that varies by less is constant [N]
-MIN_CORRELATION = 0.5  # of fz, below which a gain is refused
-REST_TIME = 0.5  # at the beginning of a recording, without contact [s]
+MIN_CORRELATION = 0.5  # correlation of fz below which a gain is rejected
+REST_TIME = 0.5  # time without contact at the beginning of a recording [s]
 
 EPILOG = """DATA is one of
   TACTILE.csv              with force columns fx,fy,fz [N], or with their unit: fx_N, fx [mN], in N mN uN kN gf kgf lbf
@@ -51,7 +51,7 @@ Examples:
 
 
 class Stop:
-    """Ctrl+C and SIGTERM ask for an early end; what was learnt is kept."""
+    """Ends the training early on Ctrl+C or SIGTERM. The weights learnt so far are kept."""
 
     def __init__(self) -> None:
         self.requested = False
@@ -137,7 +137,7 @@ def train_one(arguments: argparse.Namespace, names: str, data: Data, architectur
                         "batch": arguments.batch, "seed": arguments.seed, "epochs": len(epochs), "best_epoch": best,
                         "stopped": stopped, "train_windows": len(train), "validation_windows": len(validation)}
     folder.mkdir(parents=True, exist_ok=True)
-    networks.write_network(folder, network)  # what was learnt is kept if the test is interrupted
+    networks.write_network(folder, network)  # keeps the weights if the test is interrupted
     with open(folder / "training.csv", "w", newline="", encoding="utf-8") as file:
         writer = csv.writer(file, lineterminator="\n")
         writer.writerow(["epoch", "loss", "validation_loss"])
@@ -236,7 +236,7 @@ def fit_gain(arguments: argparse.Namespace, names: str, data: list[DataArgument]
     if test:
         errors = compare_forces(*compare(tested))
         print(f"tested on {test_names}\n  {errors.along_normal()}")
-    # Only the gain of fz is known to fit: the errors of the other axes are not known.
+    # Only the gain of fz was fitted, so the errors of the other axes are unknown.
     network.sigma, network.rest_sigma = np.array([0, 0, errors.rmse[2]]), 0.0
     network.law = ErrorLaw()
     for kind in network.pattern.kinds if network.pattern else []:
@@ -315,13 +315,13 @@ def require_other_folder(arguments: argparse.Namespace, inputs: list[DataArgumen
 
 
 def main(argv: Sequence[str] | None = None) -> int:
-    """0: trained, or stopped with a result; 1: no result; 2: unusable arguments or data."""
+    """Returns 0: trained, or stopped with a result; 1: no result; 2: unusable arguments or data."""
     arguments = parse(argv)
     stop = Stop()
     try:
         data, test = parse_arguments(arguments.data), parse_arguments(arguments.test)
         require_other_folder(arguments, data + test)
-        refuse_repetitions(data + test)  # a test on samples of the training would be too good
+        refuse_repetitions(data + test)  # a test on samples of the training would understate the errors
         names = ", ".join(argument.name for argument in data) if len(data) <= 4 else f"{data[0].name} and {len(data) - 1} more"
         if arguments.unit is not None:
             train_channels(arguments, names, data, test)

@@ -49,7 +49,7 @@ table {{ border-collapse: collapse }} td, th {{ text-align: left; padding: .3em 
 
 
 def page_of(comparison: Comparison) -> str:
-    """The report as one HTML page without other files."""
+    """Returns the report as one self-contained HTML page."""
     report = comparison.report
     cards = []
     for card in report["cards"]:
@@ -66,7 +66,7 @@ def page_of(comparison: Comparison) -> str:
 
 
 def compare(files: list[pathlib.Path], columns: dict[str, str]) -> Comparison:
-    """The comparison of a file, or of the topics of one or two. Raises ValueError."""
+    """Compares the forces of a table, or the topics of one or two bags. Raises ValueError."""
     for file in files:
         if not file.exists():
             raise ValueError(f"{file}: no such file")
@@ -101,7 +101,7 @@ def _topic(file: pathlib.Path, wanted: str | None, option: str, other: str | Non
 
 
 def _of_parquet(file: pathlib.Path, columns: dict[str, str]) -> Comparison:
-    """Written as CSV, so that names and units have one reader."""
+    """Converts Parquet to CSV, so that names and units are read by the same code."""
     try:
         from pyarrow import csv, parquet
     except ImportError:

@@ -37,7 +37,7 @@ class Forces:
 
 
 def is_bag(file: str | os.PathLike[str]) -> bool:
-    """Whether this is an MCAP file, a database of rosbag2, or a folder of them."""
+    """Returns whether this is an MCAP file, a database of rosbag2, or a folder of them."""
     path = pathlib.Path(file)
     if path.is_dir():
         return True
@@ -48,7 +48,7 @@ def is_bag(file: str | os.PathLike[str]) -> bool:
 
 
 def read_topics(file: str | os.PathLike[str]) -> dict[str, Forces]:
-    """The wrench topics by name. Raises ValueError: no bag, no wrench, a message that is damaged."""
+    """Returns the wrench topics by name. Raises ValueError: no bag, no wrench, a message that is damaged."""
     rows: dict[str, list[_Row]] = {}
     others: set[str] = set()
     for topic, kind, encoding, recorded_ns, data in _messages(pathlib.Path(file)):
@@ -68,10 +68,11 @@ def read_topics(file: str | os.PathLike[str]) -> dict[str, Forces]:
 
 
 def join(measured: Forces, estimated: Forces) -> dict[str, NDArray[Any]]:
-    """Both forces at the times of the estimate: measured, estimated, t [s], sigma, valid, as `palpate.verify_forces` takes them.
+    """Returns both forces at the times of the estimate as arguments of `palpate.verify_forces`: measured, estimated, t
+    [s], sigma, valid.
 
-    The measured force is linear between two of its messages. An estimate without a measured force around it, within five of
-    its usual intervals, is left out. Raises ValueError: none is left.
+    The measured force is linear between two of its messages. An estimate is left out if no measured force is within
+    five of the sensor's usual intervals. Raises ValueError: none is left.
     """
     start = min(measured.t_ns[0], estimated.t_ns[0])
     t_m, t_e = 1e-9 * (measured.t_ns - start), 1e-9 * (estimated.t_ns - start)
@@ -103,7 +104,7 @@ def _forces(topic: str, rows: list[_Row]) -> Forces:
 
 
 def _messages(path: pathlib.Path) -> Iterator[tuple[str, str, str, int, bytes]]:
-    """Topic, type, encoding, time at which it was recorded [ns], and content."""
+    """Yields topic, type, encoding, time of recording [ns] and content of each message."""
     if path.is_dir():
         files = sorted(one for one in path.iterdir() if one.suffix in (".mcap", ".db3"))
         if not files:

@@ -64,7 +64,7 @@ DeviceCapabilities CapabilitiesOf(const DhdApi& api, char id, const std::string&
   return own;
 }
 
-// A transfer that failed may succeed again, a device that is not there will not.
+// A failed transfer may succeed later, unlike a missing device.
 DeviceFault FaultOf(int code) {
   switch (code) {
     case dhd::kCommunication:

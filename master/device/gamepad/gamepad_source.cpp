@@ -16,7 +16,7 @@ constexpr double kStickRests = 0.15;  // sticks do not rest at zero [-]
 }  // namespace
 
 GamepadSource::GamepadSource() {
-  SDL_SetHint(SDL_HINT_NO_SIGNAL_HANDLERS, "1");  // the signals of the session stay ours
+  SDL_SetHint(SDL_HINT_NO_SIGNAL_HANDLERS, "1");  // the session handles signals itself
   SDL_SetHint(SDL_HINT_JOYSTICK_ALLOW_BACKGROUND_EVENTS, "1");  // there is no window
   if (SDL_InitSubSystem(SDL_INIT_GAMECONTROLLER) != 0) {
     throw DeviceUnavailable("gamepad", std::string("SDL does not start: ") + SDL_GetError());

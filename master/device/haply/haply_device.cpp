@@ -13,7 +13,8 @@ namespace {
 using std::chrono::milliseconds;
 
 constexpr milliseconds kPeriod(1), kWait(20), kOpenWithin(300), kRetryEvery(200);
-constexpr int kMaxWaits = 25;         // of kWait without an answer: the line is lost
+// Periods of kWait without an answer after which the connection is lost.
+constexpr int kMaxWaits = 25;
 constexpr double kMinCompared = 0.1;  // smaller forces show nothing about a scale [N]
 constexpr double kSmooth = 0.010;     // smoothing time of computed velocities [s]
 // Limits of the Inverse3, as its maker states them. The service reports no limits.

@@ -32,7 +32,7 @@ struct HaplyLine::Parts {
     const auto end = std::chrono::steady_clock::now() + limit;
     context.restart();
     while (!done && std::chrono::steady_clock::now() < end) context.run_one_until(end);
-    if (!done) context.poll();  // a thread that got no processor in time finds what is ready
+    if (!done) context.poll();  // processes results that are ready if this thread was delayed
     return done;
   }
   // Connects the stream to the service.
@@ -125,7 +125,7 @@ void HaplyLine::Close() {
   if (!parts_->socket) return;
   beast::get_lowest_layer(*parts_->socket).close();
   parts_->context.restart();
-  parts_->context.run();  // what was cancelled ends here
+  parts_->context.run();  // completes the cancelled operations
   parts_->socket.reset();
   parts_->received.clear();
   parts_->reading = parts_->read = false;

@@ -58,7 +58,8 @@ void AddGrip(const Json& grip, HaplyState* state) {
   const auto w = Number(At(values, "orientation"), "w");
   const auto axis = Triple(At(values, "orientation"));
   if (w && axis) state->orientation = Eigen::Quaterniond(*w, axis->x(), axis->y(), axis->z());
-  if (state->has_grip && Flag(values, "button", false)) state->buttons |= 1U;  // with a cable
+  // A grip with a cable.
+  if (state->has_grip && Flag(values, "button", false)) state->buttons |= 1U;
   constexpr std::array<const char*, 4> kButtons{"a", "b", "c", "home"};
   for (std::size_t i = 0; state->has_grip && i < kButtons.size(); ++i) {
     if (Flag(At(values, "buttons"), kButtons[i], false)) state->buttons |= 1U << i;

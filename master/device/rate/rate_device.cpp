@@ -11,7 +11,7 @@ namespace palpate {
 namespace {
 
 constexpr auto kPollEvery = std::chrono::milliseconds(5);
-constexpr double kMaxStep = 0.1;  // longest gap that is made up for [s]
+constexpr double kMaxStep = 0.1;  // longest simulated time between readings [s]
 constexpr double kUsual = 20, kSlowest = 0.1, kFastest = 200;  // [mm/s]
 
 }  // namespace

@@ -30,7 +30,7 @@ std::unique_ptr<HapticDevice> OpenRateDevice(const std::string& device, const st
   return std::make_unique<RateDevice>(OpenSource(device, function), speed);
 }
 
-// `next`: what to do where the module is there, but not the device.
+// `next`: advice if the module is installed, but no device is found.
 DriverReport Examined(const Driver& driver, const char* next) {
   DriverReport report;
   const auto file = FindPart(kModule);

@@ -12,7 +12,7 @@ namespace {
 constexpr double kMilli = 1e-3;              // the library's lengths are in mm
 constexpr unsigned kMaxHandles = 1024;       // a larger handle is garbage
 constexpr int kMaxErrors = 16;               // taken per frame
-constexpr std::uint64_t kSlowFrames = 100;   // between looks at calibration and temperature
+constexpr std::uint64_t kSlowFrames = 100;   // frames between checks of calibration and temperature
 constexpr unsigned short kPriority = 65535;  // the highest
 constexpr unsigned kSecondButton = 2;
 constexpr auto kWait = std::chrono::microseconds(200);
@@ -39,7 +39,7 @@ std::string Text(const char* text) {
   return text == nullptr ? std::string() : std::string(text);
 }
 
-// Forgets errors of parameters that a model does not have.
+// Discards errors of parameters that a model does not have.
 void ForgetErrors(const HdApi& api) {
   for (int i = 0; i < kMaxErrors && api.get_error().code != 0; ++i) {
   }
@@ -67,13 +67,14 @@ DeviceCapabilities CapabilitiesOf(const HdApi& api) {
   return own;
 }
 
-// A first call may fail, so a name is tried twice. Another device than the named one is no answer.
+// A first call may fail, so a name is tried twice. A device with another name than the requested
+// one is not used.
 std::vector<const char*> NamesToTry(const std::string& name) {
   if (!name.empty()) return {name.c_str(), name.c_str()};
   return {nullptr, "Default Device", "Default PHANToM"};
 }
 
-// The style to calibrate with, of those that a device has.
+// Returns the calibration style to use among those of a device.
 unsigned StyleOf(unsigned styles) {
   for (const unsigned style : {hd::kInkwell, hd::kAutomatic, hd::kEncoderReset}) {
     if ((styles & style) != 0) return style;
@@ -105,7 +106,7 @@ TouchDevice::Opened TouchDevice::OpenDevice(const Options& options) {
   const HdApi& api = opened.api;
   std::string refused;
   for (const char* name : NamesToTry(options.name)) {
-    ForgetErrors(api);  // of an earlier session
+    ForgetErrors(api);  // discards errors of an earlier session
     opened.handle = api.init_device(name);
     const HdError error = api.get_error();
     const bool is_handle = opened.handle != hd::kInvalidHandle && opened.handle <= kMaxHandles;

@@ -2,10 +2,11 @@
 
 import { minutes, write } from './text.js';
 
-// An alarm whose numbers have changed is the same.
+// Alarms that differ only in numbers are the same alarm.
 const kindOf = ({ text }) => text.replace(/[\d.]+/g, '#');
 
-// A list of {level, text, next}. Without a connection to the master this is the only alarm.
+// Returns a list of {level, text, next}. Without a connection to the master it has one alarm, which
+// reports this.
 export function alarmsOf({ status, lost }) {
   if (lost) {
     return [
@@ -22,7 +23,7 @@ export function alarmsOf({ status, lost }) {
 const MARK = { bad: '■', warn: '▲', idle: '●', ok: '✓' };
 const LEVEL = { bad: 'Stop', warn: 'Note', idle: 'Wait', ok: 'Good' };
 
-// A list item with the message and the next step.
+// Returns a list item with the message and the next step.
 export function noteItem(level, text, next, isKnown = false) {
   const item = document.createElement('li'), head = document.createElement('b'), step = document.createElement('span');
   item.dataset.level = level;
@@ -43,7 +44,7 @@ export class AlarmPanel {
     this.acts = document.getElementById('acknowledge');
     this.since = new Map();
   }
-  // `t`: of the session, or of its recording [s].
+  // `t`: time of the session or the recording [s].
   show(alarms, t) {
     this.now = alarms.map(kindOf);
     this.known = new Set(this.now.filter((kind) => this.known.has(kind)));

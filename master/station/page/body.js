@@ -1,11 +1,11 @@
 // The object: at rest in grey lines, deformed in the colours of its displacement or of the traction on it.
 import { viridisLight } from './colours.js';
 
-const SINGLE_PRECISION = 1e-7;  // of the object's size: places come as such
+const SINGLE_PRECISION = 1e-7;  // relative to the object's size: precision of received positions
 const EDGE_ANGLE = 30;  // sharper edges are drawn [degrees]
 const MIN_TRACTION = 1;  // at full colour [Pa]
 const HELD_PX = 3, HELD = 0xf2f6fa;  // fixed nodes: lighter than the lower half of the colour bar
-const UNKNOWN = [0.2, 0.2, 0.2];  // of no colour of the bar
+const UNKNOWN = [0.2, 0.2, 0.2];  // a colour that the colour bar does not contain
 
 export class Body {
   // `quantity`: coloured by 'moved' (displacement) or 'traction', which may be unknown.
@@ -28,7 +28,7 @@ export class Body {
     if (this.held.length) this.makeHeld();
     this.deform(this.rest);
   }
-  // Dots on the fixed nodes of the scene.
+  // Makes dots on the fixed nodes of the scene.
   makeHeld() {
     const { three } = this, places = new three.BufferGeometry();
     places.setAttribute('position', new three.BufferAttribute(this.rest, 3));
@@ -68,7 +68,7 @@ export class Body {
     this.mesh = new three.Mesh(this.geometry, this.material);
     this.group.add(this.mesh, this.outline);
   }
-  // A ribbon along the outline, as wide as a ninetieth of the object.
+  // Makes a ribbon along the outline, whose width is a ninetieth of the object's size.
   makePlanar() {
     const { three } = this;
     const lines = [];
@@ -91,7 +91,8 @@ export class Body {
     this.mesh.position.z = this.ribbon * 0.2;
     this.group.add(this.mesh, this.outline);
   }
-  // The inside of a planar body, from the topology of the displacement field, whose first nodes are those of the outline.
+  // Makes the inside of a planar body from the topology of the displacement field, whose first
+  // nodes are those of the outline.
   makeFilling({ rest, triangles }) {
     const { three } = this, geometry = new three.BufferGeometry();
     const [places, colours] = [0, 1].map(() => new three.BufferAttribute(new Float32Array(rest.length), 3));
@@ -104,7 +105,7 @@ export class Body {
     this.filling.visible = false;
     this.group.add(this.filling);
   }
-  // `displacement` x, y, z per node of the field [m]; null: unknown, the inside stays empty.
+  // `displacement` x, y, z per node of the field [m]; null: unknown; the inside stays empty.
   fill(displacement) {
     if (!this.field) return;
     this.filling.visible = Boolean(displacement) && this.quantity === 'moved';
@@ -119,8 +120,8 @@ export class Body {
     }
     places.needsUpdate = colours.needsUpdate = true;
   }
-  // The object's pose in S, [[cos, sin], [x, y]]: the rotation and shift from the outline in its own frame, `moved`, to that in S, by least
-  // squares.
+  // Returns the object's pose in S, [[cos, sin], [x, y]]: rotation and translation that map the
+  // outline in its own frame to `moved`, the outline in S, by least squares.
   poseOf(moved) {
     const { places, nodes } = this;
     const meanOf = (list, axis) => list.reduce((sum, value, i) => (i < 3 * nodes && i % 3 === axis ? sum + value / nodes : sum), 0);
@@ -152,7 +153,7 @@ export class Body {
     if (this.planar) this.drawRibbon(this.places);
     else this.drawSurface(this.places);
   }
-  // Values below `none` count as zero.
+  // Sets the colours for `values`. Values below `none` count as zero.
   measure(quantity, values, least, none) {
     const largest = values && values.reduce((most, value) => Math.max(most, value), 0);
     this.largest[quantity] = largest < none ? 0 : largest;

@@ -1,4 +1,4 @@
-// View of the object: straight lines stay parallel, so that a pixel is the same length everywhere. Frame S.
+// Orthographic view of the object: a pixel is the same length everywhere. Frame S.
 
 export class Camera {
   constructor(three) {
@@ -7,7 +7,7 @@ export class Camera {
     this.target = new three.Vector3();
     Object.assign(this, { azimuth: -0.6, elevation: 0.42, halfHeight: 1, planar: false, size: 1, width: 1, height: 1 });
   }
-  // `box`: of everything that is to be seen.
+  // Fits the view to `box`, the bounding box of everything visible.
   fit(box, planar) {
     this.planar = planar;
     box.getCenter(this.target);
@@ -16,7 +16,7 @@ export class Camera {
     this.halfHeight = this.extent(box) * 0.74;
     this.place();
   }
-  // The box must fit into half of the view, in the view's direction.
+  // Returns the extent of the box in the view's directions; the box must fit into half of the view.
   extent(box) {
     this.place();
     const { right, up } = this.axes(), size = box.getSize(new this.three.Vector3());
@@ -65,13 +65,13 @@ export class Camera {
   get metresPerPixel() {
     return (2 * this.halfHeight) / this.height;
   }
-  // Where a place of S is in the image [px].
+  // Returns the position of a point of S in the image [px].
   toPixels(place) {
     const p = new this.three.Vector3(...place).project(this.camera);
     return [((p.x + 1) / 2) * this.width, ((1 - p.y) / 2) * this.height];
   }
-  // What a drag by (dx, dy) [px] moves in S [m]. Of a body it goes along the axes of S that lie nearest to the image's,
-  // as far as the cursor goes in the image.
+  // Returns the displacement in S [m] for a drag by (dx, dy) [px]. For a solid body it is along the
+  // axes of S that are closest to the image's axes, with the length of the cursor's motion.
   drag(dx, dy, dz) {
     const { right, up, back } = this.axes(), scale = this.metresPerPixel;
     if (this.planar) return [right.x * dx * scale - up.x * dy * scale, right.y * dx * scale - up.y * dy * scale, 0];

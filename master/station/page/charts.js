@@ -1,16 +1,17 @@
-// The last ten seconds as strips, drawn by uPlot where it was built in.
+// Charts of the last ten seconds, drawn by uPlot if it was built in.
 import { save } from './save.js';
 import { forceSince } from './second_recording.js';
 import { figure, write } from './text.js';
 
-const TIP_AT = 14;  // column of the tip as measured
-const SECOND = -1;  // in place of a column: the second recording
+const TIP_AT = 14;  // column of the measured tip
+const SECOND = -1;  // marks the second recording in place of a column
 const SECONDS = 10, GAP_S = 0.15, ASK_AGAIN_MS = 1000, MIN_ZOOM_S = 0.05;
-const STEP = 0.01, LEAP = 0.1;  // of the cursor by a key, by the width of a chart
+const STEP = 0.01, LEAP = 0.1;  // steps of the cursor by a key, relative to the width of a chart
 const GRAM = 9.80665e-3;  // weight of one gram [N]
-// Columns of a sample: number, t, scaled, sent, the device's x, y, z, age, round trip, longest tick, energy, the tip's x, y, z as
-// commanded and as measured, drawn relative to the first position. The page adds score and misfit, which are unknown before it
-// was opened. A series: its name, column, colour, dash and width; without a name it has no key.
+// Columns of a sample: number, t, scaled, sent, the device's x, y, z, age, round trip, longest
+// tick, energy, the tip's x, y, z as commanded and as measured, drawn relative to the first
+// position. The page adds score and misfit, which are unknown before it was opened. A series has a
+// name, column, colour, dash and width; without a name it has no legend entry.
 const STRIPS = [
   {
     title: 'Force',
@@ -83,15 +84,15 @@ export class Charts {
   constructor() {
     this.host = document.getElementById('strips');
     this.begin();
-    this.frozen = null;  // the samples that are shown while it pauses
+    this.frozen = null;  // samples that are shown while the charts pause
     this.plots = [];
-    this.seen = [];  // of the strips, which are not hidden
-    this.stale = [];  // which of them, the last first
-    this.zoom = null;  // times that are shown, [from, to]; null: the last ten seconds
+    this.seen = [];  // the visible strips
+    this.stale = [];  // visible strips that must be drawn again, the last one first
+    this.zoom = null;  // visible times, [from, to]; null: the last ten seconds
     this.events = [];
-    this.second = null;  // of second_recording.js
+    this.second = null;  // the result of forcesIn (second_recording.js)
   }
-  // Without uPlot the strips say so.
+  // Loads uPlot. Without it the strips show a message.
   async load(isBuiltIn) {
     if (!isBuiltIn) {
       this.host.innerHTML = '<p class="empty">Built without charts. With npm: deploy/page.sh, then build again.</p>';
@@ -118,7 +119,7 @@ export class Charts {
     return true;
   }
   takePast({ samples, run }) {
-    if ((run ?? undefined) !== this.run) return;  // of another part of the recording
+    if ((run ?? undefined) !== this.run) return;  // samples of another part of the recording
     const newer = this.samples.filter((sample) => sample.length > 2);
     this.samples = [];
     this.take(samples, this.run);
@@ -136,8 +137,10 @@ export class Charts {
         if (sample[0] > 25 || last[0] - sample[0] < 100) continue;  // late samples, not a new session
         this.samples = [];
       }
-      if (last && sample[0] - last[0] > 1 && Number.isNaN(this.pastAskedAt)) this.pastAskedAt = performance.now();  // requested again
-      if (last && sample[1] - last[1] > GAP_S) this.samples.push([sample[0], (sample[1] + last[1]) / 2]);  // a gap is shown
+      // Requests the past samples again.
+      if (last && sample[0] - last[0] > 1 && Number.isNaN(this.pastAskedAt)) this.pastAskedAt = performance.now();
+      // Inserts a gap.
+      if (last && sample[1] - last[1] > GAP_S) this.samples.push([sample[0], (sample[1] + last[1]) / 2]);
       this.samples.push(sample);
       last = sample;
     }
@@ -222,7 +225,8 @@ export class Charts {
       },
     };
   }
-  // Shows the values at the cursor in the keys. While the charts pause, image and object follow the cursor.
+  // Shows the values at the cursor in the legend. While the charts pause, image and object follow
+  // the cursor.
   showValues(strip, box, at, data) {
     const isInside = at !== null && at !== undefined;
     if (strip === STRIPS[0]) {
@@ -238,16 +242,16 @@ export class Charts {
       .querySelectorAll('.key')
       .forEach((key, i) => write(key, strip.series[i][0] + (Number.isFinite(values[i]) ? ` ${figure(values[i])}` : '')));
   }
-  // Marks of the time axis, whole steps before the newest time.
+  // Returns the ticks of the time axis, whole steps before the newest time.
   marksFrom(low, high, step) {
     const first = Math.ceil((low - this.end) / step - 1e-9), count = Math.floor((high - this.end) / step + 1e-9) - first + 1;
     return Array.from({ length: Math.max(0, count) }, (_, i) => this.end + (first + i) * step);
   }
-  // The newest time that is shown: the axis counts from it.
+  // The newest visible time, from which the axis counts.
   get end() {
     return this.shown.length ? this.shown[this.shown.length - 1][1] : 0;
   }
-  // A drag across a chart zooms all of them.
+  // A drag across one chart zooms all charts.
   select(plot) {
     const { left, width } = plot.select;
     this.hasSelected = width > 4;
@@ -255,7 +259,7 @@ export class Charts {
     if (width > 0) plot.setSelect({ left: 0, width: 0, top: 0, height: 0 }, false);
     setTimeout(() => { this.hasSelected = false; });
   }
-  // `factor`: of the time that is shown; 0: the last ten seconds.
+  // Multiplies the visible time by `factor`; 0: the last ten seconds.
   zoomBy(factor) {
     if (!factor) return this.zoomTo(null);
     const [from, to] = this.zoom || [this.end - SECONDS, this.end],
@@ -263,7 +267,7 @@ export class Charts {
       half = Math.max(MIN_ZOOM_S, Math.min(SECONDS, factor * (to - from))) / 2;
     this.zoomTo(2 * half >= SECONDS ? null : [middle - half, middle + half]);
   }
-  // What is zoomed to must not run away: the charts pause.
+  // Zooms to the times `zoom`. The charts pause, so that these times stay visible.
   zoomTo(zoom) {
     if (zoom && !this.frozen) this.togglePause();
     else if (!zoom && this.zoom && this.frozen) this.togglePause();
@@ -272,7 +276,7 @@ export class Charts {
     document.getElementById('charts-whole').hidden = !zoom;
     this.onZoom?.();
   }
-  // Contact, flags and stops as lines with their names.
+  // Draws contact, flags and stops as lines with their names.
   takeEvents(events) {
     this.events = events;
   }
@@ -281,7 +285,7 @@ export class Charts {
     pen.save();
     pen.font = `${10 * ratio}px system-ui, sans-serif`;
     pen.fillStyle = colour('--warn');
-    let free = -Infinity;  // where the next name has room
+    let free = -Infinity;  // position from which the next name fits
     for (const { t, name } of this.events) {
       if (t < min || t > max) continue;
       const x = plot.valToPos(t, 'x', true);
@@ -317,7 +321,8 @@ export class Charts {
     plot.setCursor({ left: Math.min(width - 1, Math.max(0, from + step * (shiftKey ? LEAP : STEP) * width)), top: 1 });
     return true;
   }
-  // The second recording is drawn from its first contact on, at each contact of this one. Null: none.
+  // Draws the second recording from its first contact on, at each contact of this one. Null:
+  // removes it.
   takeSecond(second) {
     this.second = second;
     this.host.classList.toggle('compared', Boolean(second));
@@ -342,7 +347,7 @@ export class Charts {
       ),
     ];
   }
-  // Draws one visible strip per call, the one that waits longest.
+  // Draws one visible strip per call, the one that has waited longest.
   show() {
     if (this.changed && !this.frozen) this.stale = this.seen.filter((i) => !this.stale.includes(i)).concat(this.stale);
     this.changed = false;

@@ -6,10 +6,10 @@ import { minutes, write } from './text.js';
 const byId = (id) => document.getElementById(id);
 const PLANAR = ['auto', 'bem2d'], SOLID = ['auto', 'fem', 'fem-green'];
 
-// Whether a key belongs to the focused field. A slider uses no letters.
+// Returns whether a key belongs to the focused field. A slider uses no letters.
 const isOfField = ({ target, key }) =>
   /^(INPUT|SELECT)$/.test(target.tagName) && (target.type !== 'range' || /^(Arrow|Page|Home|End)/.test(key));
-// Whether a key presses what has the focus.
+// Returns whether a key presses the focused element.
 const pressesFocused = ({ target, key }) =>
   /^( |Enter)$/.test(key) && target.closest('button, a, select, input:not([type=range])') !== null;
 
@@ -23,7 +23,8 @@ export class Controls {
     byId('reset').addEventListener('click', () => this.reset());
     byId('letters').addEventListener('change', () => keep('letters', byId('letters').checked ? 'on' : 'off'));
     byId('letters').checked = kept('letters') !== 'off';
-    byId('setup-open').addEventListener('click', () => pointer.release());  // its keys do not act in the set-up
+    // The pointer's keys have no effect in the set-up.
+    byId('setup-open').addEventListener('click', () => pointer.release());
     byId('pause').addEventListener('click', () => this.pause());
     byId('strips-next').addEventListener('click', () => this.charts.toggleStrips());
     byId('charts-whole').addEventListener('click', () => this.zoomCharts(0));
@@ -52,16 +53,18 @@ export class Controls {
     this.startTheme();
   }
   stop() {
-    if (this.replay.active) return;  // there is nothing to stop
+    if (this.replay.active) return;  // a replay has nothing to stop
     this.pointer.release();
     this.link.stop();
     this.showStop();
   }
-  // Resets a stop that is shown as confirmed. It is never queued, so that it cannot reset a later stop.
+  // Resets a stop that is shown as confirmed. A reset is never queued, so that it cannot reset a
+  // later stop.
   reset() {
     if (!this.link.isStopPending) this.link.send({ do: 'reset' });
   }
-  // The button shows whether a stop has arrived, and how a person stops. It is off until the first message of the master.
+  // The stop button shows whether a stop has arrived, and how to stop. It is disabled until the
+  // first message of the master.
   showStop() {
     const { isStopPending, silent } = this.link, button = byId('stop');
     if (!silent) button.disabled = false;
@@ -90,7 +93,7 @@ export class Controls {
     const modes = [...byId('render').options].map((option) => option.value);
     this.link.send({ do: 'render', mode: modes[(modes.indexOf(byId('render').value) + 1) % modes.length] });
   }
-  // Escape stops wherever the focus is. Space stops where it does nothing else.
+  // Escape stops with any focus. Space stops unless it has another function at the focus.
   key(event) {
     if (event.key === 'Escape') return event.repeat || this.stop();
     const isLetter = event.key.length === 1 && event.key !== ' ';
@@ -158,7 +161,7 @@ export class Controls {
     this.charts.togglePause();
     this.showPause();
   }
-  // `factor` below 1: nearer; 0: the last ten seconds.
+  // `factor` below 1 zooms in; 0: the last ten seconds.
   zoomCharts(factor) {
     this.charts.zoomBy(factor);
     this.showPause();
@@ -220,7 +223,7 @@ export class Controls {
         ? `● REC ${minutes(status.t)} ${recording.megabytes.toFixed(1)} MB`
         : '○ not recording';
   }
-  // The kinds of model that this object can have.
+  // Shows the kinds of model that this object can have.
   showKinds(model, planar) {
     const kinds = planar ? PLANAR : SOLID, list = byId('model-kind');
     if (list.dataset.kinds === String(kinds)) return;

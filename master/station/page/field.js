@@ -1,13 +1,13 @@
-// The displacement of the model in colours, drawn over a camera image. A shared file contains `drawField` as text: it uses nothing but
-// its arguments, `viridis` and the canvas.
+// Draws the displacement of the model in colours over a camera image. A shared file contains
+// `drawField` as text, so it uses only its arguments, `viridis` and the canvas.
 import { viridis } from './colours.js';
 
-// Each node once: magnitudes of the displacement `displacement` x, y, z per node.
+// Returns the magnitude for each node of `displacement`, x, y, z per node.
 export const magnitudesOf = (displacement) =>
   Float32Array.from({ length: displacement.length / 3 }, (_, i) => Math.hypot(...displacement.subarray(3 * i, 3 * i + 3)));
 
-// The triangles that the camera sees: `image` u, v per node with v down, `triangles` counter-clockwise seen from outside. Of a planar body
-// all.
+// Returns the triangles that face the camera; for a planar body all of them. `image`: u, v per node
+// with v down; `triangles`: counter-clockwise seen from outside.
 export function visibleOf(triangles, image, isPlanar) {
   if (isPlanar) return triangles;
   const area = (a, b, c) =>
@@ -19,8 +19,9 @@ export function visibleOf(triangles, image, isPlanar) {
   return seen;
 }
 
-// Bands of equal displacement. `values`: per node, 1 at full colour; `triangles`: three node indices each; `at(node)`: its place on the
-// canvas. The lowest band stays free, so that the image is seen where nothing moves.
+// Draws bands of equal displacement. `values`: per node, 1 at full colour; `triangles`: three node
+// indices each; `at(node)`: its position on the canvas. The lowest band is not drawn, so that the
+// image is visible where nothing moves.
 export function drawField(pen, triangles, values, at) {
   const bands = 12, places = Array.from(values, (_, node) => at(node));
   for (let band = 1; band < bands; ++band) {

@@ -9,12 +9,13 @@ const STATIONS = [
   ['limited', 'limited'],
   ['sent', 'sent'],
 ];
-const HOLD_S = 3;  // of the peak
+const HOLD_S = 3;  // time for which the peak is shown
 const GRAM = 9.80665e-3;  // weight of one gram [N]
 
 const byId = (id) => document.getElementById(id);
 
-// Without a manipulator nothing is rendered: what counts is the force of the object on the tool, frame S.
+// Without a manipulator nothing is rendered; then the page shows the force of the object on the
+// tool, frame S.
 const observedForce = ({ link, slave_state: state }) => (link.observes && state?.force ? xyz(state.force) : null);
 export const shownForce = (status) => observedForce(status) || status.chain.sent;
 
@@ -101,7 +102,7 @@ export class ForcePanel {
   showStation({ key, value, bar, why, row }, chain, full, scales) {
     const force = norm(chain[key]), reasons = chain.reasons.filter((reason) => REASONS[reason]?.[0] === key);
     write(value, force === null || force === undefined ? 'unknown' : fixed(force, 3));
-    // Forces before the scaling belong to the tool; they are drawn at the scale of the device.
+    // Forces before the scaling act on the tool; they are drawn at the scale of the device.
     const shown = (force || 0) * (key === 'estimated' || key === 'local' ? scales.force_scale : 1);
     bar.style.width = `${(100 * Math.min(1, shown / full)).toFixed(1)}%`;
     const words = reasons.map((reason) => REASONS[reason][1]).join('; ');

@@ -8,14 +8,14 @@ const MAX_REJECTED = 3;
 const spanOf = ({ workspace_min: low, workspace_max: high }) =>
   ['x', 'y', 'z'].map((axis) => `${figure(1e3 * (low?.[axis] ?? 0))} to ${figure(1e3 * (high?.[axis] ?? 0))}`).join(', ') + ' mm';
 
-// Expiry of the station's certificate, and what to do.
+// Returns the expiry of the station's certificate, and what to do.
 function certificateOf(until) {
   const days = Math.floor((until * 1e3 - Date.now()) / 864e5);
   return `${new Date(until * 1e3).toISOString().slice(0, 10)}, ` +
     `${days < 0 ? 'expired: issue a new one (deploy/certs)' : `in ${days} days${days < 7 ? ': issue a new one (deploy/certs)' : ''}`}`;
 }
 
-// Names and values in groups: [[group, [[name, value], ...]], ...].
+// Returns names and values in groups: [[group, [[name, value], ...]], ...].
 function groupsOf(hello, health, status) {
   const scene = health?.scene, can = health?.scene?.capabilities, slave = health?.status, groups = [];
   if (hello) {

@@ -1,10 +1,10 @@
-// The newest camera image with its age, and over it the displacement of the model in colours.
+// Shows the newest camera image with its age, and the displacement of the model in colours over it.
 import { viridisBar } from './colours.js';
 import { drawField, magnitudesOf, visibleOf } from './field.js';
 import { LATER_S, ageWords, figure, lengthUnit, write } from './text.js';
 
 const STALE_S = 0.2, RECORDED_S = 0.5;  // a recording keeps eight images per second
-const MIN_FULL = 1e-3;  // displacement at full colour, by the size of the object
+const MIN_FULL = 1e-3;  // smallest displacement at full colour, relative to the size of the object
 const OPACITY = 0.72;
 
 export class ImagePanel {
@@ -19,7 +19,7 @@ export class ImagePanel {
     this.bar = byId('field-bar');
     this.bar.querySelector('i').style.background = viridisBar('right');
   }
-  // The image is of another session.
+  // Clears the image, because it is of another session.
   forget() {
     Object.assign(this, { shownT: null, newest: null, field: null });
   }
@@ -31,7 +31,7 @@ export class ImagePanel {
     this.next = message;
     if (!this.busy) this.decode();
   }
-  // `topology`, `field`: of link.js.
+  // `topology`, `field`: results of fieldTopologyOf and fieldOf (link.js).
   takeFieldTopology(topology) {
     const { rest } = topology, extent = [0, 1, 2].map((axis) => extentOf(rest, axis));
     Object.assign(this, { topology, field: null, size: Math.hypot(...extent), isPlanar: extent[2] === 0 });
@@ -39,7 +39,7 @@ export class ImagePanel {
   takeField(field) {
     this.field = field;
   }
-  // A moment of the last minute, {image, field, words}, until null: the newest image again.
+  // Shows a moment of the last minute, {image, field, words}; null: the newest image again.
   showPast(past) {
     const wasPast = Boolean(this.past);
     this.past = past;
@@ -84,7 +84,8 @@ export class ImagePanel {
     this.showField(oldest);
     this.showChecks(status);
   }
-  // The field over the image of the same time; none where they are more than `apart` [s] apart.
+  // Draws the field over the image of the same time; no field if they are more than `apart` [s]
+  // apart.
   showField(apart) {
     const field = this.past ? this.past.field : this.field, { topology, cover, canvas } = this;
     const isOfImage = Boolean(field?.image) && field.number === topology?.number && Math.abs(field.t - this.shownT) <= apart;

@@ -3,14 +3,14 @@
 
 import { codeOf, xyz } from './text.js';
 
-const REPORT_EVERY = 2;  // messages taken
+const REPORT_EVERY = 2;  // processed messages between two reports
 const RETRY_MS = 500, PING_MS = 500, SILENT_MS = 300, LOOK_LATE_MS = 200, STOP_MS = 100;
-const UNANSWERED_STOPS = 20;  // after them a socket that opens or answers nothing is replaced
-const FAILED = 5;  // a validity of shapes and fields: the model has no solution
+const UNANSWERED_STOPS = 20;  // after so many unanswered stops the socket is replaced
+const FAILED = 5;  // validity of shapes and fields without a solution of the model
 export const TOPOLOGY = 1, IMAGE = 5, SHAPE = 6, FIELD_TOPOLOGY = 7, FIELD = 8;
 
-// A status with its tick (ForceTick of recording.proto) as the panels read it: vectors as lists, the forces as `chain`, and the state and
-// the reasons of the force without the prefixes of their enumerations.
+// Converts a status with its tick (ForceTick of recording.proto) for the panels: vectors become
+// lists, the forces become `chain`, and state and reasons lose the prefixes of their enumerations.
 export function withTick(message) {
   if (!message.tick) return message;
   const { phase, reasons, ...fields } = message.tick;
@@ -48,7 +48,8 @@ export class Link {
   }
   open() {
     this.unanswered = 0;
-    const token = location.hash.slice(1);  // the part of an address that browsers do not send
+    // The fragment of the address, which browsers do not send.
+    const token = location.hash.slice(1);
     this.socket = new WebSocket(`${location.protocol.replace('http', 'ws')}//${location.host}/ws${token && `?token=${token}`}`);
     this.socket.binaryType = 'arraybuffer';
     this.socket.onopen = () => this.repeatStop();
@@ -74,7 +75,8 @@ export class Link {
     this.lost(reason);
   }
   watch() {
-    const now = performance.now(), wasBusy = now - this.watchedAt > LOOK_LATE_MS;  // messages of this time are not processed yet
+    // Messages of the busy time are not processed yet.
+    const now = performance.now(), wasBusy = now - this.watchedAt > LOOK_LATE_MS;
     this.watchedAt = now;
     if (!wasBusy && !this.silent && now - this.receivedAt > SILENT_MS) this.reportLoss('palpate-master does not respond');
   }
@@ -108,7 +110,7 @@ export class Link {
       this.clock = { t: message.t, at: this.receivedAt, rate: message.replay ? message.replay.playing * message.replay.speed : 1 };
     this.receive(message.kind, message);
   }
-  // Seconds since the session began, or of its recording, now; null: not known.
+  // Returns the present time of the session or recording [s]; null: unknown.
   now() {
     return this.clock && this.clock.t + (this.clock.rate * (performance.now() - this.clock.at)) / 1000;
   }
@@ -131,7 +133,8 @@ export class Link {
     if (this.socket.readyState !== WebSocket.OPEN) return;
     for (const command of [{ do: 'stop' }, { do: 'ping', at: performance.now() }]) this.socket.send(JSON.stringify(command));
   }
-  // A browser may wait minutes for a handshake or an answer on a link that was cut without a word.
+  // On a silently cut link a browser may wait minutes for a handshake or an answer, so the socket
+  // is replaced.
   replaceSocket() {
     const old = this.socket;
     Object.assign(old, { onopen: null, onmessage: null, onclose: null });
@@ -139,22 +142,24 @@ export class Link {
     this.reportLoss('palpate-master does not answer');
     this.open();
   }
-  // A replay has nothing to stop.
+  // Forgets a pending stop, because a replay has nothing to stop.
   forgetStop() {
     this.stopAskedAt = null;
   }
 }
 
-// Nodes and triangles of the displacement field: `rest` x, y, z per node in the object's frame O [m], and node indices, three per
-// triangle, counter-clockwise seen from outside.
+// Returns nodes and triangles of the displacement field: `rest` x, y, z per node in the object's
+// frame O [m], and node indices, three per triangle, counter-clockwise seen from outside.
 export function fieldTopologyOf({ number, view, buffer }) {
   const [nodes, triangles] = [16, 20].map((at) => view.getUint32(at, true)), end = 24 + 12 * nodes;
   return { number, rest: new Float32Array(buffer, 24, 3 * nodes), triangles: new Uint32Array(buffer, end, 3 * triangles) };
 }
 
-// The displacement field at the image of the time `t`: `displacement` x, y, z per node in frame O [m], and the displaced position `image`
-// u, v per node [px], u to the right, v down, (0, 0) at the centre of the upper left pixel, NaN behind the camera; null: the scene has no
-// camera. Null: of another topology. `isSolved`: false if the model has no solution, so that the field is an old one.
+// Returns the displacement field at the time `t` of an image: `displacement` x, y, z per node in
+// frame O [m], and the displaced position `image` u, v per node [px], u to the right, v down, (0,
+// 0) at the centre of the upper left pixel, NaN behind the camera; null: the scene has no camera.
+// Returns null if the field has another topology. `isSolved`: false if the model has no solution,
+// so that the field is an old one.
 export function fieldOf({ number, t, view, buffer }, topology) {
   const count = topology?.rest.length, hasImage = view.getUint32(20, true) === 1;
   if (number !== topology?.number || buffer.byteLength !== 24 + 4 * count + (hasImage ? (8 * count) / 3 : 0)) return null;

@@ -1,4 +1,4 @@
-// The operator's page: shows messages of the master, and sends commands of the operator.
+// The operator's page shows messages of the master and sends commands of the operator.
 import { AlarmPanel, alarmsOf } from './alarms.js';
 import { Charts } from './charts.js';
 import { ColourScale } from './colours.js';
@@ -52,7 +52,7 @@ function onTheme() {
   charts.changed = true;
 }
 
-// Exports one contact as one file, for somebody who has no Palpate.
+// Exports one contact as one file, which can be viewed without Palpate.
 async function onShare() {
   const button = byId('share'), scene = latest.health?.scene;
   button.disabled = true;
@@ -69,7 +69,7 @@ function mapping() {
 
 const handlers = {
   hello(message) {
-    charts.begin();  // a restarted master, a lost connection, or another scene
+    charts.begin();  // after a restart of the master, a lost connection, or another scene
     share.begin();
     charts.onCursor(null);
     if (!latest.hello) {
@@ -106,7 +106,7 @@ const handlers = {
     latest.status = message;
     pointer.take(message);
     const why = pointer.releaseIfHeld(message);
-    if (why || pointer.engaged) latest.why = why || '';  // engaged again
+    if (why || pointer.engaged) latest.why = why || '';  // clears the reason after an engagement
     showHint();
     view.take(message);
     setup.takeStatus(message);
@@ -141,7 +141,7 @@ function take(kind, message) {
   const before = latest.status?.state;
   handlers[kind]?.(message);
   changed = true;
-  if (latest.status?.state !== before) showState();  // at once, however busy the page is
+  if (latest.status?.state !== before) showState();  // without delay, even on a busy page
 }
 
 // Shows what to do in the object's view, or why it does not respond.
@@ -241,7 +241,8 @@ function showFacts() {
   write(byId('badge'), hello?.badge || '');
 }
 
-// Each frame draws the one slow drawing that waits longest. Every other frame shows figures.
+// Each frame updates the one slow drawing that has waited longest. Figures are updated in the other
+// frames.
 const figures = new Pace(66, 100);
 const drawings = [[new Pace(33, 1000), () => view.draw()], [new Pace(66, 1000), () => charts.show()]];
 let before = 0, healthAt = 0;

@@ -1,8 +1,8 @@
-// The pointer device: a drag on the object, keys or a gamepad set its target. It disengages when the button, the focus, the
-// window or the connection is lost.
+// The pointer device. A drag on the object, keys or a gamepad set its target. It disengages when
+// the button, the focus, the window or the connection is lost.
 
-// Period of reports while the pointer is held, and the smallest interval between two reports; time after which the tool counts as
-// led elsewhere, or the pointer as idle.
+// Period of reports while the pointer is held, and the smallest interval between two reports; time
+// after which another client counts as the operator, or the pointer as idle.
 const REPORT_MS = 20, MIN_MS = 8, ELSEWHERE_MS = 500;
 // Speeds of an arrow key and of a stick [px/s]; dead zone of a stick.
 const KEY_SPEED = 60, PAD_SPEED = 120, PAD_SLACK = 0.15;
@@ -28,7 +28,7 @@ export class Pointer {
       shift: false,
       p: [0, 0, 0],
       keys: new Set(),
-      fingers: new Map(),  // on the view: id -> [x, y]
+      fingers: new Map(),  // touches on the view: id -> [x, y]
       locked: new Set(),
       delay: null,
       sent: null,
@@ -109,12 +109,13 @@ export class Pointer {
     if (this.engaged) this.lead(this.view.drag(0, 0, -event.deltaY / 4));
     else this.view.zoom(event.deltaY > 0 ? 1.1 : 1 / 1.1);
   }
-  // Like `go`, and sent at once, because a busy page gets cursor events earlier than timer events. The next beat sends the rest.
+  // Like `go`, but sends at once, because a busy page gets cursor events earlier than timer events.
+  // The next timer event sends the rest.
   lead(move) {
     this.go(move);
     if (performance.now() - this.sentAt >= MIN_MS) this.tell();
   }
-  // Moves the device by what moves the tool by `move_S` [m]: p_M = R^T p_S / scale.
+  // Moves the device so that the tool moves by `move_S` [m]: p_M = R^T p_S / scale.
   go(move) {
     const { rotation: R, position_scale: scale } = this.mapping();
     move = move.map((part, axis) => (this.locked.has(axis) ? 0 : part));
@@ -156,8 +157,8 @@ export class Pointer {
     }
     if (this.engaged || this.wasEngaged) this.tell();
   }
-  // A gamepad: its first button or a trigger engages, the left stick moves in the plane of the view, the right one along the
-  // third axis.
+  // Reads a gamepad. Its first button or a trigger engages, the left stick moves in the plane of
+  // the view, the right one along the third axis.
   readPad() {
     const pad = document.hasFocus() ? navigator.getGamepads().find((one) => one?.connected) : null;
     this.padHeld = Boolean(pad && [0, 6, 7].some((button) => pad.buttons[button]?.pressed));
@@ -171,13 +172,13 @@ export class Pointer {
     this.clutch.setAttribute('aria-pressed', String(this.engaged));
     this.host.classList.toggle('held', this.engaged);
   }
-  // Another page controls the tool: this page disengages, so that it does not take over later.
+  // Disengages because another page controls the tool, so that this page does not take over later.
   yieldControl() {
     this.release();
     this.heldElsewhereSince = -Infinity;
     this.isLedElsewhere = true;
   }
-  // The master disengaged after 250 ms without a message: the page disengages too, and returns the reason.
+  // Disengages if the master has disengaged after 250 ms without a message. Returns the reason.
   releaseIfHeld(status) {
     if (status.pointer_holds) this.heldBack = true;
     else if (this.heldBack && this.engaged && status.pointer_used > this.heldSince) {
@@ -188,14 +189,15 @@ export class Pointer {
     if (!this.engaged) this.heldBack = false;
     return null;
   }
-  // From the page to the tick that used it and back on the page, as measured.
+  // Measures the time from a report of the page to the status of the tick that used it.
   take(status) {
     if (!status.pointer_holds || this.engaged) this.heldElsewhereSince = null;
     else this.heldElsewhereSince ??= performance.now();
     this.isLedElsewhere = this.heldElsewhereSince !== null && performance.now() - this.heldElsewhereSince > ELSEWHERE_MS;
     if (!this.engaged || status.state === 'FOLLOWING') this.idleSince = null;
     else this.idleSince ??= performance.now();
-    // Engaged before a fault of the slave or the link: the master waits for a disengagement first.
+    // The pointer was engaged before a fault of the slave or the link, so the master waits for a
+    // disengagement first.
     this.isIdle = this.idleSince !== null && performance.now() - this.idleSince > ELSEWHERE_MS;
     this.clutch.classList.toggle('idle', this.isIdle);
     if (status.pointer_used && this.engaged && this.sent && status.pointer_used > (this.usedBefore || 0)) {

@@ -1,4 +1,4 @@
-// Controls of a replay: position and speed. Nothing here reaches a tool.
+// Controls of a replay: position and speed. They never move a tool.
 import { minutes } from './text.js';
 
 const SPEEDS = [0.1, 0.25, 0.5, 1, 2, 4];

@@ -1,4 +1,4 @@
-// What the browser keeps and downloads.
+// Settings that the browser stores, and downloads.
 
 export function save(blob, name) {
   const anchor = document.createElement('a');
@@ -8,7 +8,7 @@ export function save(blob, name) {
   setTimeout(() => URL.revokeObjectURL(anchor.href), 1000);
 }
 
-// Settings of this browser. One that keeps nothing has none.
+// Returns a stored setting of this browser; null if it stores none.
 export function kept(name) {
   try {
     return localStorage.getItem(name);
@@ -22,10 +22,10 @@ export function keep(name, value) {
   } catch {}
 }
 
-// The visible object and charts in one PNG.
+// Saves the visible object and charts in one PNG.
 export function saveImage(view) {
   view.dirty = true;
-  view.draw();  // WebGL keeps what it drew until the frame ends alone
+  view.draw();  // WebGL keeps its image only until the frame ends
   const page = document.querySelector('main').getBoundingClientRect(),
     style = getComputedStyle(document.documentElement),
     ratio = devicePixelRatio;
@@ -53,7 +53,7 @@ const CRCS = Uint32Array.from({ length: 256 }, (_, n) => {
 });
 const crcOf = (bytes) => bytes.reduce((crc, byte) => CRCS[(crc ^ byte) & 255] ^ (crc >>> 8), 0xffffffff) ^ 0xffffffff;
 
-// Files {name: Uint8Array} in one zip file, not compressed.
+// Packs files {name: Uint8Array} into one zip file without compression.
 export function zipOf(files) {
   const parts = [], directory = [];
   let at = 0;

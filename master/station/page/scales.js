@@ -2,14 +2,16 @@
 // only while disengaged and without contact, and a limit only if it is lower.
 import { figure, write } from './text.js';
 
-const ASK_AFTER_MS = 200, HELD_MS = 1500;  // of a slider at rest; the chosen value stays until the master confirms it
+// Time after which a slider at rest sends its value; time for which the chosen value is shown until
+// the master confirms it.
+const ASK_AFTER_MS = 200, HELD_MS = 1500;
 const SLIDERS = [
   { key: 'position_scale', id: 'position-scale', unit: 'mm/mm', words: (scale) => `1 mm of the device is ${figure(scale)} mm of the tool` },
   { key: 'force_scale', id: 'force-scale', unit: 'N/N', words: (scale) => `1 N at the tool is ${figure(scale)} N on the device` },
 ];
 const byId = (id) => document.getElementById(id);
 
-// The rotation matrix, row by row, of a unit quaternion w, x, y, z.
+// Returns the rotation matrix, row by row, of a unit quaternion w, x, y, z.
 function rotationOf([w, x, y, z]) {
   return [
     1 - 2 * (y * y + z * z),
@@ -23,7 +25,8 @@ function rotationOf([w, x, y, z]) {
     1 - 2 * (x * x + y * y),
   ];
 }
-// The active mapping: of the master's status, else of the slave's scene, else of the start (hello). Each may be missing.
+// Returns the active mapping from the master's status, else from the slave's scene, else from the
+// first message (hello). Each may be missing.
 export function mappingOf(status, scene, hello) {
   const now = scene?.operator, inForce = (key) => status?.[key] || now?.[key] || hello?.[key] || 1;
   const rotation = now?.orientation?.length === 4 ? rotationOf(now.orientation) : hello?.rotation || rotationOf([1, 0, 0, 0]);
@@ -31,7 +34,7 @@ export function mappingOf(status, scene, hello) {
 }
 
 export class Scales {
-  // `home` takes the focus back from a mouse.
+  // `home` gets the focus after a mouse has moved a slider.
   constructor(link, home) {
     Object.assign(this, { link, home, own: {} });
     this.limit = byId('force-limit');
@@ -42,7 +45,7 @@ export class Scales {
       slider.input.addEventListener('change', () => slider.input.matches(':focus-visible') || this.home.focus());
     }
   }
-  // From a tenth to ten times the scene's own.
+  // The range is a tenth to ten times the value of the scene.
   choose(slider) {
     const scale = Number((this.own[slider.key] * 10 ** slider.input.valueAsNumber).toPrecision(3));
     slider.chosenAt = performance.now();
@@ -63,7 +66,8 @@ export class Scales {
     if (output.title !== text) output.title = text;
     if (input.getAttribute('aria-valuetext') !== text) input.setAttribute('aria-valuetext', text);
   }
-  // `mapping`: in force, as `own` by the scene; `waiting`: requested; `can`: the slave's limits, where they are known.
+  // `mapping`: active; `own`: of the scene; `waiting`: requested; `can`: the slave's limits, if
+  // they are known.
   show(mapping, own, waiting, can) {
     this.own = own;
     for (const slider of this.sliders) {

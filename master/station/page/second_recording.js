@@ -1,8 +1,10 @@
 // The force over time of another recording, to be compared with this one.
 
-const CONTACT_SHARE = 0.02;  // of the peak: where the press of the other recording begins
+// Share of the peak force at which the press of the other recording begins.
+const CONTACT_SHARE = 0.02;
 
-// `text`: a file that "Share" made, or `states.csv` of palpate.export. Returns {times, forces, contact} [s, N], or null: no forces.
+// Reads `text`, a file of "Share", or `states.csv` of palpate.export. Returns {times, forces,
+// contact} [s, N], or null: no forces.
 export function forcesIn(text) {
   const rows = text.match(/<script type="application\/json" id="clip">/) ? ofShared(text) : ofTable(text);
   const known = rows.filter(({ t, force }) => Number.isFinite(t) && Number.isFinite(force));
@@ -32,7 +34,7 @@ function ofTable(text) {
   });
 }
 
-// The force [N] `since` seconds after the contact; null: outside of the recording.
+// Returns the force [N] `since` seconds after the contact; null: outside of the recording.
 export function forceSince({ times, forces, contact }, since) {
   const t = contact + since;
   let [low, high] = [0, times.length - 1];

@@ -1,4 +1,5 @@
-// The set-up: steps from a frozen image to a scene that the slave uses. setup_scene.js knows what the answers mean.
+// The set-up leads in steps from a frozen image to a scene that the slave uses. setup_scene.js
+// interprets the answers.
 import { CHECK_HELP, callWords, mistakeWords } from './setup_text.js';
 import { crossesItself, distance, nearestOn } from './setup_geometry.js';
 import { HeldPress, fitModulus, modelProblem, newtons } from './setup_identify.js';
@@ -49,8 +50,8 @@ const HINTS = {
   press: 'Press the object with the tool.',
 };
 const ARCS_HINT = 'Click the two ends of each part of the edge that is held. Click a held part again to free it.';
-const EDGE_NAMES = ['lower', 'right', 'upper', 'left'];  // of a rectangle
-const EDGE_PX = 14;  // from a click to the edge that it means [px on the screen]
+const EDGE_NAMES = ['lower', 'right', 'upper', 'left'];  // edges of a rectangle
+const EDGE_PX = 14;  // largest distance from a click to the edge that it selects [px on the screen]
 
 const bytesOf = (base64) => Uint8Array.from(atob(base64), (letter) => letter.charCodeAt(0));
 const base64Of = (bytes) => btoa(Array.from(bytes, (byte) => String.fromCharCode(byte)).join(''));
@@ -136,9 +137,9 @@ export class Setup {
     return item;
   }
 
-  // What the slave reports: whether it accepts a set-up, and whether it has a scene.
+  // Processes the slave's report: whether it accepts a set-up, and whether it has a scene.
   takeHealth({ scene }) {
-    if (!scene) return;  // the slave starts again, or does not answer
+    if (!scene) return;  // the slave restarts or does not answer
     this.running = scene;
     const lines = scene?.setup_camera || '';
     byId('setup-open').hidden = !lines;
@@ -165,7 +166,7 @@ export class Setup {
     if (byHand) this.keep();
     if (isOn) this.draw();
   }
-  // Keeps step and answers for a reload of the page, in the browser's storage of this tab.
+  // Stores step and answers for a reload of the page in the browser's storage of this tab.
   keep() {
     const { now } = this.answers,
       kept = {
@@ -189,7 +190,8 @@ export class Setup {
     try {
       [kept, jpeg] = [JSON.parse(sessionStorage.getItem('setup')), sessionStorage.getItem('setup-image')];
     } catch {}  // without storage
-    if (!kept || String(kept.camera) !== String(this.cameraLines)) return;  // of another slave
+    // The stored answers belong to another slave.
+    if (!kept || String(kept.camera) !== String(this.cameraLines)) return;
     this.wanted = kept.isShown || null;
     const frozen = kept.now.image && jpeg ? await this.decode(jpeg).catch(() => null) : null;
     this.images = kept.now.image?.number || 0;
@@ -200,7 +202,7 @@ export class Setup {
     if (kept.isShown) this.show(true);
     this.go(this.step);
   }
-  // Whether nothing changes by itself.
+  // Returns whether the image is frozen.
   get isFrozen() {
     return Boolean(this.frozen) && this.step !== 'press';
   }
@@ -227,7 +229,7 @@ export class Setup {
     this.trouble[this.step] = null;
     if (!problemsAt(this.step, this.answers.now).length && !questionsAt(this.step, this.answers.now).length && !this.busy)
       return this.go(NAMES[NAMES.indexOf(this.step) + 1]);
-    this.tried = this.step;  // only now the step says what it lacks
+    this.tried = this.step;  // from now on the step shows what is missing
     this.draw();
   }
   undo() {
@@ -240,13 +242,13 @@ export class Setup {
     event.preventDefault();
     this.undo();
   }
-  // A question that was answered with "right".
+  // Stores that a question was answered with "right".
   confirm(text) {
     this.answers.set('confirmed', [...this.answers.now.confirmed, text]);
     this.keep();
     this.draw();
   }
-  // What is to be done where a question was answered with "wrong": an act, another step, or a field.
+  // Reacts to a question answered with "wrong": by an act, another step, or a field.
   correct(wrong) {
     const { tool, object } = this.answers.now;
     if (wrong === 'otherShape') this.answers.change('tool', { shape: tool.shape === 'round' ? 'flat' : 'round' });
@@ -259,7 +261,7 @@ export class Setup {
     this.changed();
   }
 
-  // After each change: the tip is searched again, because it depends on outline and scale.
+  // Called after each change. Searches the tip again, because it depends on outline and scale.
   changed() {
     const { image, tool, object, scale } = this.answers.now;
     this.report = null;
@@ -282,7 +284,7 @@ export class Setup {
   takeField(field) {
     const [step, key] = (field.name || '').split('.');
     if (!key || (field.type !== 'checkbox' && this.valueOf(field) === field.value)) return;
-    if (step === 'name') {  // what was checked stays
+    if (step === 'name') {  // a new name leaves the check valid
       this.answers.set('name', field.value);
       this.keep();
       return this.draw();
@@ -301,7 +303,7 @@ export class Setup {
     this.changed();
   }
 
-  // One call of the slave: its reply, or null with the reason at `step`.
+  // Calls the slave. Returns its reply, or null and shows the reason at `step`.
   async call(name, step, request, words) {
     if (this.busy) return null;
     this.busy = words;
@@ -322,7 +324,7 @@ export class Setup {
     this.draw();
     return reply;
   }
-  // A scene that is rejected when it is taken into use comes as text.
+  // If the slave rejects a scene when it begins to use it, the reason comes as text.
   troubleOf(name, reply) {
     const [, key, value, message, expected] =
       (name === 'use' &&
@@ -356,7 +358,7 @@ export class Setup {
     if (!reply) return;
     const { object } = this.answers.now, near = foundOf(object, reply.outline.map(({ u, v }) => [u, v]));
     const found = isRound(object) ? ontoEdge(this.frozen.grey, near) : near;
-    // The outline belongs to the click before.
+    // The outline belongs to the previous clicks.
     this.answers.now = { ...this.answers.now, object: { ...this.answers.now.object, found, clear: reply.clear } };
     this.changed();
   }
@@ -385,7 +387,7 @@ export class Setup {
   requestOf({ scene, files }) {
     return { scene, files: Object.fromEntries(Object.entries(files).map(([name, bytes]) => [name, base64Of(bytes)])) };
   }
-  // Checks the scene. Errors go to the step that owns their key.
+  // Checks the scene. Errors are shown at the step that owns their key.
   async propose() {
     const first = firstOpen(this.answers.now);
     if (first) {
@@ -407,7 +409,7 @@ export class Setup {
       ];
     this.draw();
   }
-  // Errors of the slave to the steps that own their keys, and to the first of these.
+  // Assigns errors of the slave to the steps that own their keys, and goes to the first of these.
   assign(errors) {
     for (const error of errors) {
       const words = mistakeWords(error);
@@ -418,15 +420,16 @@ export class Setup {
   async use() {
     if (!this.report) return this.propose();
     if (!this.isConfirmed) return this.draw();
-    this.scene = await this.proposal();  // as checked, but for the name
-    this.wanted = true;  // the slave may report its scene before it answers
+    this.scene = await this.proposal();  // the checked scene except for its name
+    this.wanted = true;  // because the slave may report its scene before it answers
     const reply = await this.call('use', 'check', this.requestOf(this.scene), 'The slave takes the scene into use ...');
     if (!reply) return;
     this.curve = new PressCurve();
-    this.answers.change('press', { held: null, reading: '', readings: [] });  // they belong to the scene before
+    // The readings belong to the previous scene.
+    this.answers.change('press', { held: null, reading: '', readings: [] });
     this.go('press');
   }
-  // What step `check` asks: the whole set-up in words.
+  // The questions of step `check`: the whole set-up in sentences.
   get sentences() {
     return this.report ? sentencesOf(this.answers.now, this.report.report) : [];
   }
@@ -436,7 +439,7 @@ export class Setup {
   get isConfirmed() {
     return Boolean(this.report) && this.answers.now.confirmed.includes(this.sentencesText);
   }
-  // With a modulus that is a guess, step `press` finds it by the readings of a scale.
+  // Whether step `press` identifies the modulus with a scale, because it is a guess.
   get identifies() {
     return this.answers.now.material.by === 'identify';
   }
@@ -489,7 +492,7 @@ export class Setup {
     );
   }
 
-  // Clicks. Places are in the frozen image [px].
+  // Processes a click at a position in the frozen image [px].
   click(at) {
     this.trouble[this.step] = null;
     ({ scale: () => this.clickScale(at), object: () => this.clickObject(at), held: () => this.clickEdge(at), tool: () => this.draw() })[
@@ -501,7 +504,7 @@ export class Setup {
     const { scale, object, tool } = this.answers.now;
     return { scale: scale.by === 'clicks' ? scale.points : [], object: object.points, tool: tool.box }[step] || [];
   }
-  // They, with the one that is being moved where it is now.
+  // Returns the points of a step, with a dragged point at its present position.
   shownPoints(step) {
     const points = this.pointsAt(step), { preview } = this;
     if (step !== this.step || !preview) return points;
@@ -543,7 +546,8 @@ export class Setup {
       return this.draw();
     }
     this.answers.change('object', { points: [...object.points, at], found: null, clear: null });
-    if (object.kind === 'polygon' && this.answers.now.held.length) this.answers.set('held', []);  // its edges are those between the clicks
+    // The edges of a polygon are those between the clicks.
+    if (object.kind === 'polygon' && this.answers.now.held.length) this.answers.set('held', []);
     this.changed();
     const now = this.answers.now.object;
     if (isComplete(now) && now.kind === 'rectangle') this.pull();
@@ -567,7 +571,7 @@ export class Setup {
     );
     this.changed();
   }
-  // One end of a held arc, or a held arc that is freed.
+  // Sets one end of a fixed arc, or removes the clicked arc.
   clickArc(at, reach) {
     const { now } = this.answers, outline = outlineOf(now), near = outline.length ? nearestOn(outline, at) : null;
     if (!near || near.distance > reach) {
@@ -586,14 +590,14 @@ export class Setup {
     );
     this.changed();
   }
-  // The last arc goes the other way around.
+  // Replaces the last arc by the other part of the outline.
   holdOtherPart() {
     const { held } = this.answers.now, last = held.at(-1);
     if (last?.to !== undefined) this.answers.set('held', [...held.slice(0, -1), { from: last.to, to: last.from }]);
     this.changed();
   }
 
-  // Shows all. Called after each change, and for each new image while it is live.
+  // Shows everything. Called after each change, and for each new image while it is live.
   draw() {
     if (!this.isShown) return;
     const { now } = this.answers;
@@ -626,7 +630,7 @@ export class Setup {
     const [step, key] = name.split('.');
     return step === 'name' ? this.answers.now.name : this.answers.now[step][key];
   }
-  // The unit beside a field, unless the answer has one of its own.
+  // Shows the unit beside a field, unless the answer contains a unit.
   showUnit(field) {
     const host = field.closest?.('.quantity');
     if (host) host.classList.toggle('own-unit', /[a-zµ%]\s*$/i.test(field.value));
@@ -668,7 +672,7 @@ export class Setup {
       return item;
     }));
   }
-  // Edges of a rectangle or a polygon as check boxes, for those who do not click.
+  // Shows the edges of a rectangle or a polygon as check boxes, for use without a mouse.
   showEdges() {
     const { now } = this.answers, edges = edgesOf(now), host = byId('setup-edges');
     host.hidden = !edges.length;
@@ -688,7 +692,8 @@ export class Setup {
     this.shownAlarms = text;
     byId('setup-alarms').replaceChildren(...alarms.map(({ level, text: words, next }) => noteItem(level, words, next)));
   }
-  // Step `check`: the set-up in sentences that a person confirms, how deep one may press, and behind "details" the slave's report.
+  // Shows step `check`: the set-up in sentences that a person confirms, the largest depth, and
+  // under "details" the slave's report.
   showReport() {
     const { report, sentences } = this, list = byId('setup-sentences');
     byId('setup-plausible').hidden = !report;
@@ -774,7 +779,7 @@ export class Setup {
       points.forEach(([u, v], i) => pen[i ? 'lineTo' : 'moveTo'](u + 0.5, v + 0.5));
       if (isClosed) pen.closePath();
     };
-    // A dark line beneath a bright one is seen on every image.
+    // A bright line above a dark one is visible on every image.
     const line = (points, colour, isClosed = false, thick = 1) => {
       path(points, isClosed);
       for (const [strokeStyle, lineWidth] of [['#000a', (thick + 1.3) * width], [colour, thick * width]]) {
@@ -811,7 +816,7 @@ export class Setup {
     if (now.tool.seen?.tip && !this.preview) dots([now.tool.seen.tip], heldTone);
     if (this.pointing.cross) dots([this.pointing.cross], tone('--setup-cross') || '#fff');
   }
-  // The ends of held arcs.
+  // Draws the ends of fixed arcs.
   drawEnds(dots, outline, colour) {
     const { now } = this.answers;
     for (const { from, to } of now.held) {
@@ -839,13 +844,14 @@ function detailsOf(text) {
 }
 
 const GRAM = 9.80665e-3;  // weight of one gram [N]
-// A force with its sigma. Before the image shows a touch, what is not seen is stated in place of a sigma of 0.
+// Formats a force with its sigma. Before contact is visible, the force that cannot be seen is
+// stated in place of a sigma of 0.
 function forceWords({ force, sigma, depth, isTouching, unseen }) {
   if (!isTouching && !(sigma > 0)) return `0 N, no touch is seen yet${unseen > 0 ? `: one below ${figure(unseen)} N would not be` : ''}`;
   return `${figure(force)} N ± ${figure(sigma)} N (${figure(force / GRAM)} g) at ${figure(1e3 * depth)} mm`;
 }
 
-// Force over depth: the points, and a band of one sigma around them.
+// Draws force over depth: the points, and a band of one sigma around them.
 function drawCurve(canvas, points) {
   const pen = canvas.getContext('2d'),
     { width, height } = canvas,

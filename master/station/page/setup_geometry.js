@@ -5,13 +5,13 @@ const cross = ([ax, ay], [bx, by]) => ax * by - ay * bx;
 const minus = ([ax, ay], [bx, by]) => [ax - bx, ay - by];
 const along = ([ax, ay], [bx, by], part) => [ax + part * (bx - ax), ay + part * (by - ay)];
 
-// The pairs of neighbours of a closed polygon.
+// Returns the sides of a closed polygon, as pairs of neighbouring points.
 export const sidesOf = (points) => points.map((point, i) => [point, points[(i + 1) % points.length]]);
 
-// Area with its sign: positive if the points run clockwise in the image, where v points down.
+// Returns the signed area: positive if the points run clockwise in the image, where v points down.
 export const areaOf = (points) => sidesOf(points).reduce((sum, [a, b]) => sum + cross(a, b), 0) / 2;
 
-// The polygon counter-clockwise to the eye.
+// Returns the polygon counter-clockwise as displayed.
 export const counterClockwise = (points) => (areaOf(points) > 0 ? [...points].reverse() : points);
 
 export function centroidOf(points) {
@@ -37,10 +37,11 @@ export function crossesItself(points) {
 export const contains = (points, [u, v]) =>
   sidesOf(points).filter(([a, b]) => a[1] > v !== b[1] > v && u < a[0] + ((v - a[1]) / (b[1] - a[1])) * (b[0] - a[0])).length % 2 === 1;
 
-const CORNER = 0.7;  // turn beyond which a corner is one of the object [rad]
-// A polygon whose sides cross a bent edge, half of each within and half without, with its corners moved onto the edge, and its sides
-// broken in the middle, there. A side of length l between turns of t is l t / 8 higher in its middle than a chord: the corners lie two
-// thirds of that outside, the middles one third inside.
+const CORNER = 0.7;  // larger turns are corners of the object [rad]
+// Corrects a polygon whose sides cross a curved edge, half of each inside and half outside: moves
+// its corners onto the edge and adds a point on the edge in the middle of each side. Between turns
+// of t the arc is l t / 8 above a chord of length l: the corners are two thirds of that outside,
+// the middles one third inside.
 export function bent(polygon) {
   const count = polygon.length, at = (i) => polygon[(i + count) % count], way = (i) => minus(at(i + 1), at(i));
   const turns = polygon.map((_, i) => {
@@ -59,13 +60,14 @@ export function bent(polygon) {
   });
 }
 
-// Points of the closed polygon about every `spacing` px, its corners too.
+// Returns points of the closed polygon about every `spacing` px, including its corners.
 export const denser = (points, spacing) => sidesOf(points).flatMap(([a, b]) => {
   const parts = Math.max(1, Math.round(distance(a, b) / spacing));
   return Array.from({ length: parts }, (_, i) => along(a, b, i / parts));
 });
 
-// The nearest point of a line of points to `p`, as {distance, at: [u, v], i: number of its first point, part}.
+// Returns the point of a polyline nearest to `p` as {distance, at: [u, v], i: number of the
+// segment's first point, part: share along it}.
 export function nearestOn(points, p, isClosed = true) {
   const sides = isClosed ? sidesOf(points) : sidesOf(points).slice(0, -1);
   return sides.reduce((best, [a, b], i) => {
@@ -76,7 +78,8 @@ export function nearestOn(points, p, isClosed = true) {
   }, { distance: Infinity });
 }
 
-// Where the ray from `p` along `way` crosses the closed polygon: [{at, i: number of the side's first point}], the nearest first.
+// Returns where the ray from `p` along `way` crosses the closed polygon: [{at, i: number of the
+// side's first point}], the nearest first.
 export function crossingsWith(points, p, way) {
   return sidesOf(points).flatMap(([a, b], i) => {
     const side = minus(b, a), slope = cross(way, side), off = minus(a, p);
@@ -85,7 +88,8 @@ export function crossingsWith(points, p, way) {
   }).sort((a, b) => a.far - b.far);
 }
 
-// A circle through the points, least squares of their squared distances: {centre, radius}; null: they lie on a line.
+// Fits a circle to the points by least squares of their squared distances: {centre, radius}; null:
+// they are on a line.
 export function fitCircle(points) {
   const n = points.length, mean = [0, 1].map((k) => points.reduce((sum, p) => sum + p[k], 0) / n);
   let [suu, suv, svv, suz, svz] = [0, 0, 0, 0, 0];
@@ -99,7 +103,7 @@ export function fitCircle(points) {
   return { centre: [mean[0] + a, mean[1] + b], radius: Math.sqrt(a * a + b * b + (suu + svv) / n) };
 }
 
-// The line through points: {at: their mean, way: unit vector}; the residuals' rms is `off`.
+// Fits a line to points: {at: their mean, way: unit vector, off: rms of the residuals}.
 function fitLine(points) {
   const n = points.length, at = [0, 1].map((k) => points.reduce((sum, p) => sum + p[k], 0) / n);
   let [suu, suv, svv] = [0, 0, 0];
@@ -113,8 +117,8 @@ function fitLine(points) {
 
 const FAR_PX = 8, FAR_SHARE = 0.06, CORNER_SHARE = 0.12;
 
-// Corners that were clicked, moved to where lines through the outline's points beside each side meet. A side without at least
-// four points near it stays as it was clicked.
+// Moves clicked corners to the intersections of lines that are fitted to the outline's points near
+// each side. A side with fewer than four points near it stays as clicked.
 export function refineCorners(corners, outline) {
   let now = corners;
   for (let round = 0; round < 2; ++round) {
@@ -131,7 +135,8 @@ export function refineCorners(corners, outline) {
   return now;
 }
 
-// Without the quarter of the points that is farthest from a first line, such as those on the tool.
+// Fits a line without the quarter of the points that is farthest from a first fit, such as points
+// on the tool.
 function trimmedLine(points) {
   const { at, way } = fitLine(points), off = (p) => Math.abs(cross(minus(p, at), way));
   const kept = [...points].sort((a, b) => off(a) - off(b)).slice(0, Math.max(4, Math.ceil(0.75 * points.length)));
@@ -145,15 +150,17 @@ function meeting(one, other) {
   return [one.at[0] + part * one.way[0], one.at[1] + part * one.way[1]];
 }
 
-// The corners of a rectangle in the order lower left, lower right, upper right, upper left, as the eye sees them.
+// Returns the corners of a rectangle in the displayed order lower left, lower right, upper right,
+// upper left.
 export function orderCorners(corners) {
   const round = counterClockwise(corners);
   const first = round.reduce((best, [u, v], i) => (u - v < round[best][0] - round[best][1] ? i : best), 0);
   return [...round.slice(first), ...round.slice(0, first)];
 }
 
-// The rectangle of `width` and `height` [m] that fits its ordered corners best at `pixel` [m/px]: {origin: its lower left corner,
-// turn: counter-clockwise [rad], misfit: of the corners, rms [px]}.
+// Fits a rectangle of `width` and `height` [m] to its ordered corners at `pixel` [m/px]: {origin:
+// its lower left corner, turn: counter-clockwise rotation [rad], misfit: rms distance of the
+// corners [px]}.
 export function fitRectangle(corners, width, height, pixel) {
   const [w, h] = [width / pixel, height / pixel], model = [[0, 0], [w, 0], [w, h], [0, h]];
   const mean = [0, 1].map((k) => corners.reduce((sum, p) => sum + p[k], 0) / 4);
@@ -168,7 +175,8 @@ export function fitRectangle(corners, width, height, pixel) {
   return { origin: place([0, 0]), turn, misfit };
 }
 
-// The polygon with the fewest of its points that stays within `tolerance` [px] of it (Douglas-Peucker).
+// Returns the polygon with few of its points that stays within `tolerance` [px] of it
+// (Douglas-Peucker).
 export function simplify(points, tolerance) {
   const keep = (line) => {
     if (line.length < 3) return line;

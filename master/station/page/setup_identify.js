@@ -2,30 +2,31 @@
 import { valueOf } from './setup_quantities.js';
 import { figure } from './text.js';
 
-const HOLD_MS = 500;  // of states that make one held press
+const HOLD_MS = 500;  // duration of the states that make one held press
 const MIN_READINGS = 5;  // readings for a good fit
 const LINEAR = ['bem2d', 'plate', 'plate-large', 'fem', 'fem-green'];
 const UNITS = { g: 9.80665e-3, N: 1 };  // [N]
-const MAX_FACTOR = 30;  // from the first guess to the result: grams for newtons give 102
-const SCATTER = 0.05;  // of the largest reading
+// Largest ratio of result and first guess: grams in place of newtons give 102.
+const MAX_FACTOR = 30;
+const SCATTER = 0.05;  // relative to the largest reading
 const MIN_SPAN = 2;  // largest over smallest press
-// 97.5 % quantiles of Student's t for 1, 2, ... degrees of freedom; then 2.
+// 97.5 % quantiles of Student's t for 1, 2, ... degrees of freedom; beyond these 2.
 const STUDENT = [12.71, 4.303, 3.182, 2.776, 2.571, 2.447, 2.365, 2.306, 2.262, 2.228];
 const NORMAL = 1.96;
 
 const median = (values) => [...values].sort((a, b) => a - b)[Math.floor(values.length / 2)];
 const sum = (values) => values.reduce((total, value) => total + value, 0);
 
-// The newest states, for the press that is held now. Times in ms.
+// Collects the newest states during a held press. Times in ms.
 export class HeldPress {
   constructor() {
     this.points = [];
   }
-  // `point`: of PressCurve.
+  // `point`: a result of PressCurve.add.
   add(point, now) {
     this.points = [...this.points.filter(({ at }) => now - at < HOLD_MS), { ...point, at: now }];
   }
-  // Medians {force, sigma, depth}, or {why}: what is missing.
+  // Returns medians {force, sigma, depth}, or {why: what is missing}.
   take(now) {
     const held = this.points.filter(({ at, force }) => now - at < HOLD_MS && force > 0), valid = held.filter((point) => point.valid);
     if (held.length < 3) return { why: 'The tool does not press the object: press, hold still, then hold this press.' };
@@ -35,19 +36,20 @@ export class HeldPress {
   }
 }
 
-// What forbids the fit with a model of this kind; empty: nothing.
+// Returns why a model of this kind cannot be fitted; empty: it can.
 export const modelProblem = (kind) =>
   LINEAR.includes(kind)
     ? ''
     : `The model ${kind} is not linear: its force is not proportional to the modulus. Identify the material by the guide ` +
       '"Identify a material".';
 
-// A reading [N]; NaN: no number.
+// Returns a reading [N]; NaN: no number.
 export const newtons = (text, unit) => valueOf(text, 'plain') * UNITS[unit];
 
-// The modulus [Pa] that fits readings {force: estimated [N], sigma: of it, without the modulus [N], modulus: of the estimate [Pa],
-// reading [N]}: {modulus, half: of the 95 % interval, tolerance: standard deviation, relative, warnings}; null: too few.
-// `resolution`: of the scale [N].
+// Returns the modulus [Pa] that fits readings {force: estimated [N], sigma: of it, without the
+// modulus [N], modulus: of the estimate [Pa], reading [N]}: {modulus, half: of the 95 % interval,
+// tolerance: standard deviation, relative, warnings}; null: too few. `resolution`: of the scale
+// [N].
 export function fitModulus(readings, resolution) {
   const count = readings.length, x = readings.map(({ force, modulus }) => force / modulus), y = readings.map(({ reading }) => reading);
   if (count < 2) return null;
@@ -55,7 +57,8 @@ export function fitModulus(readings, resolution) {
   const scatter = Math.sqrt(sum(x.map((value, i) => (y[i] - modulus * value) ** 2)) / (count - 1)),
     noise = Math.max(scatter, resolution / Math.sqrt(12));
   const random = ((STUDENT[count - 2] ?? 2) * noise) / Math.sqrt(xx);
-  // The errors of the estimated forces have one cause, such as the tip's place: no number of readings removes them.
+  // The errors of the estimated forces have a common cause, such as the tip's position, so more
+  // readings do not reduce them.
   const common = (NORMAL * modulus * sum(x.map((value, i) => (value * value * readings[i].sigma) / readings[i].force))) / xx;
   const half = Math.hypot(random, common);
   return { modulus, half, tolerance: half / NORMAL / modulus, warnings: warningsOf({ readings, x, y, modulus, scatter, resolution }) };
@@ -83,7 +86,7 @@ function warningsOf({ readings, x, y, modulus, scatter, resolution }) {
   return list;
 }
 
-// The line through the points: its value at 0 and the standard deviation of that.
+// Fits a line to the points. Returns its value at 0 and the standard deviation of that.
 function lineOf(x, y) {
   const count = x.length,
     mean = sum(x) / count,

@@ -1,8 +1,10 @@
-// Points in the camera's image: by mouse, by finger and by keyboard, with zoom and a magnifier. Places are in the image [px].
+// Sets points in the camera's image by mouse, touch and keyboard, with zoom and a magnifier.
+// Positions are in the image [px].
 
-const GRAB_PX = { mouse: 9, pen: 12, touch: 24 };  // around a point that is dragged [px on the screen]
+// Radius within which a point can be grabbed [px on the screen].
+const GRAB_PX = { mouse: 9, pen: 12, touch: 24 };
 const STILL_PX = 4;  // a press that moves less is a click [px on the screen]
-const STEP_PX = 10;  // of an arrow key; with Shift 1 [px]
+const STEP_PX = 10;  // step of an arrow key; with Shift it is 1 [px]
 const MAX_ZOOM = 12, ZOOM_STEP = 1.3;
 const LENS_ZOOM = 4;  // screen pixels per pixel of the image
 const ARROWS = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, -1], ArrowDown: [0, 1] };
@@ -33,7 +35,8 @@ export class Pointing {
     on('focus', () => canvas.matches(':focus-visible') && this.showCross());
     on('blur', this.leave);
     canvas.addEventListener('wheel', (event) => this.wheel(event), { passive: false });
-    new ResizeObserver(() => acts.redraw()).observe(canvas.parentElement);  // the widths of lines are those of the screen
+    // Line widths depend on the size on the screen.
+    new ResizeObserver(() => acts.redraw()).observe(canvas.parentElement);
   }
   get box() {
     return this.canvas.getBoundingClientRect();
@@ -53,12 +56,12 @@ export class Pointing {
   isInside([u, v]) {
     return u >= -0.5 && v >= -0.5 && u < this.canvas.width && v < this.canvas.height;
   }
-  // Number of the point within reach; -1: none.
+  // Returns the number of the point within reach; -1: none.
   pointAt(at, kind) {
     const far = this.acts.points().map((point) => Math.hypot(point[0] - at[0], point[1] - at[1]) * this.scale), near = Math.min(...far);
     return near <= (GRAB_PX[kind] || GRAB_PX.mouse) ? far.indexOf(near) : -1;
   }
-  // A new image, or another step.
+  // Resets zoom and points for a new image or another step.
   reset() {
     Object.assign(this, { picked: null, corner: null, held: null });
     this.acts.preview(null);
@@ -113,7 +116,7 @@ export class Pointing {
     this.hideLens();
   }
 
-  // Zoom: the place under the cursor, or between two fingers, stays.
+  // Zooms around the cursor or the middle between two fingers.
   zoomAt(clientX, clientY, factor) {
     const host = this.canvas.parentElement.getBoundingClientRect(),
       { zoom, x, y } = this.view,
@@ -125,7 +128,7 @@ export class Pointing {
   pan(dx, dy) {
     this.show({ ...this.view, x: this.view.x + dx, y: this.view.y + dy });
   }
-  // The image fills its place, however far it is moved.
+  // Limits the shift so that the image fills its area.
   show({ zoom, x, y }) {
     const host = this.canvas.parentElement.getBoundingClientRect(), most = (size) => (1 - zoom) * size;
     this.view = { zoom, x: Math.min(0, Math.max(most(host.width), x)), y: Math.min(0, Math.max(most(host.height), y)) };
@@ -169,7 +172,7 @@ export class Pointing {
     this.pinch = now;
   }
 
-  // Keys: a cross that the arrows move.
+  // Shows the cross that the arrow keys move.
   showCross() {
     if (!this.acts.isOpen()) return;
     this.cross ??= [Math.round(this.canvas.width / 2), Math.round(this.canvas.height / 2)];
@@ -206,7 +209,7 @@ export class Pointing {
     else if (this.corner) this.acts.preview({ box: [this.corner, this.cross] });
     this.follow();
   }
-  // The cross stays in view, and its place is reported.
+  // Keeps the cross in view and reports its position.
   follow() {
     const host = this.canvas.parentElement.getBoundingClientRect(), [x, y] = this.onScreen(this.cross);
     if (this.view.zoom > 1)
@@ -238,7 +241,7 @@ export class Pointing {
     this.acts.preview({ box: [at, at] });
     this.acts.tell('One corner of the box is set. Move to the opposite corner, and press Enter.');
   }
-  // Takes the next point up.
+  // Selects the next point.
   pick(step) {
     const points = this.acts.points();
     if (!points.length) return;
@@ -248,7 +251,7 @@ export class Pointing {
     this.follow();
   }
 
-  // The magnifier, in the corner of the image that is farther from `at`.
+  // Shows the magnifier in the corner of the image that is farther from `at`.
   showLens(at) {
     const { lens, canvas } = this,
       pen = lens.getContext('2d'),

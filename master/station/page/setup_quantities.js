@@ -1,6 +1,7 @@
-// Numbers with units, as a person types them into a field: "8.8", "8,8", "8.8 mm", "0.88 cm".
+// Parses numbers with units, as a person types them into a field: "8.8", "8,8", "8.8 mm", "0.88
+// cm".
 
-// Units by what is measured, in those of the field without a unit.
+// Units by quantity, relative to the field's own unit.
 const KINDS = {
   length: { usual: 'mm', units: { mm: 1, cm: 10, m: 1e3, um: 1e-3, 'µm': 1e-3, in: 25.4 }, accepted: 'mm, cm or m' },
   stress: { usual: 'kPa', units: { kPa: 1, Pa: 1e-3, MPa: 1e3, GPa: 1e6 }, accepted: 'Pa, kPa or MPa' },
@@ -12,8 +13,8 @@ const FORM = /^([+-]?)(\d*)(?:([.,])(\d*))?(e[+-]?\d{1,2})?\s*([a-zµ%]*)$/i;
 const unitOf = (units, typed) => Object.keys(units).find((unit) => unit === typed) ??
   Object.keys(units).find((unit) => unit.toLowerCase() === typed.toLowerCase() && typed !== 'mpa');
 
-// The quantity in `text`: {value: in the field's unit, unit: as typed, step: of its last digit}; or {why}: why it is not accepted, or
-// could be two different numbers.
+// Parses `text`: {value: in the field's unit, unit: as typed, step: of its last digit}; or {why}:
+// why it is not accepted or is ambiguous.
 export function quantity(text, kind) {
   const typed = String(text ?? '').trim(), { units, usual, accepted } = KINDS[kind];
   const wanted = `expected a number such as 8.8${usual && `, in ${usual}`}`;
@@ -37,18 +38,18 @@ export function quantity(text, kind) {
 }
 export const valueOf = (text, kind) => quantity(text, kind).value ?? NaN;
 
-// What is wrong with a field that must be above 0; empty: nothing.
+// Returns the error of a field that must be above 0; empty: none.
 export function positive(text, name, kind) {
   const { value, why } = quantity(text, kind);
   if (why && String(text).trim()) return `${name}: ${why}.`;
   return value > 0 && Number.isFinite(value) ? '' : `${name}: expected a number above 0, in ${KINDS[kind].usual}.`;
 }
-// The same for a number within limits.
+// Returns the error of a field that must be within limits; empty: none.
 export function within(text, name, kind, isWithin, limits) {
   const { value, why } = quantity(text, kind);
   if (why && String(text).trim()) return `${name}: ${why}.`;
   return isWithin(value) ? '' : `${name}: expected ${limits}.`;
 }
 
-// One standard deviation of a number that was read from a scale and typed: its last digit may be off by a half.
+// Returns one standard deviation of a typed number: its last digit may be wrong by a half.
 export const typedSigma = (text, kind) => (quantity(text, kind).step ?? 0) / Math.sqrt(12);

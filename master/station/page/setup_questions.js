@@ -1,19 +1,21 @@
-// What may be right, but seldom is: the page asks a person about it before a force is shown.
+// Plausibility questions: the page asks a person about unlikely answers before it shows a force.
 import { distance, nearestOn } from './setup_geometry.js';
 import { valueOf } from './setup_quantities.js';
 import { depthsOf, digits, firstProblem, kPa, mm, pathOf, pixelOf, problemsAt, spansOf, STEPS } from './setup_scene.js';
 
-const NARROW_M = 0.03, WIDE_M = 1.5;  // of what a webcam usually shows from left to right
-const MIN_ANGLE = 30, MAX_ANGLE = 100;  // that a webcam sees from left to right [degrees]
-const SEEN_DEPTH = 0.05;  // of the smaller side of a block: how deep a tip is to be seen behind its front
-const THIN = 0.04, NEITHER = 0.5, THICK = 3;  // thickness in parts of the larger side
-const SOFT_KPA = 0.5, STIFF_KPA = 5000;  // of what one presses with a tool in the hand
+const NARROW_M = 0.03, WIDE_M = 1.5;  // usual width of the view of a webcam
+const MIN_ANGLE = 30, MAX_ANGLE = 100;  // usual horizontal field of view of a webcam [degrees]
+// Visible depth of a tip behind the front of a block, relative to its smaller side.
+const SEEN_DEPTH = 0.05;
+const THIN = 0.04, NEITHER = 0.5, THICK = 3;  // thickness relative to the larger side
+const SOFT_KPA = 0.5, STIFF_KPA = 5000;  // usual modulus of objects that are pressed by hand
 const MIN_POISSON = 0.2, MIN_TOLERANCE = 0.5;  // [-], [%]
-const KNIFE = 0.25, BAR = 4;  // extent of a tool through the thickness, in parts of its width
-const PULLED = 0.04, PULLED_PX = 10;  // from a click to the edge that was found, in parts of the outline's extent
-const ROUND = 0.6, FLAT = 0.4;  // of the arc of a half circle
+const KNIFE = 0.25, BAR = 4;  // extent of a tool through the thickness, relative to its width
+// Distance from a click to the detected edge, relative to the outline's extent.
+const PULLED = 0.04, PULLED_PX = 10;
+const ROUND = 0.6, FLAT = 0.4;  // relative to the height of a half circle
 
-// A familiar thing whose larger side is below so many metres.
+// Familiar objects, each for larger sides below so many metres.
 const SIZES = [
   [3e-3, 'a match head'],
   [7e-3, 'the width of a pencil'],
@@ -27,7 +29,7 @@ const SIZES = [
 const largeAs = (metres) => SIZES.find(([below]) => metres < below)?.[1] || 'a table';
 const inMm = (metres) => `${digits(1e3 * metres, 3)} mm`;
 
-// A question: {text; wrong: the field that is then to be corrected, or an act of setup.js; words of its two buttons}.
+// Questions: {text; wrong: field to correct, or an act of setup.js; texts of its two buttons}.
 const ASKED = {
   image: () => [],
   scale(answers) {
@@ -174,7 +176,8 @@ const ASKED = {
   check: () => [], press: () => [],
 };
 
-// How far an outline lies from a click that it should pass [px]; 0: no farther than usual.
+// Returns the largest distance of the outline from a click that it should pass [px]; 0: within the
+// usual distance.
 function farthestClick(object) {
   const { points, found } = object;
   if (!found?.length) return 0;
@@ -183,7 +186,7 @@ function farthestClick(object) {
   return far > Math.max(PULLED_PX, PULLED * extent) ? far : 0;
 }
 
-// What would help a tip that cannot be followed.
+// Returns advice for a tip that cannot be tracked.
 export function followWords({ object, background, tool }) {
   const other = object > background ? 'brighter' : 'darker',
     unlike = Math.abs(tool - object) < Math.abs(tool - background) ? `The tool is about as bright as the object. ` : '';
@@ -192,16 +195,16 @@ export function followWords({ object, background, tool }) {
     `as ${object > background ? 'bright' : 'dark'} as the object behind it. Then freeze again.`;
 }
 
-// The questions of a step without problems that nobody has answered with "right".
+// Returns the questions of a step without problems that were not answered with "right".
 export function questionsAt(step, answers) {
   if (problemsAt(step, answers).length) return [];
   try {
     return ASKED[step](answers).filter(({ text }) => !answers.confirmed.includes(text));
-  } catch {  // what it needs is answered at an earlier step
+  } catch {  // an answer that it needs is missing at an earlier step
     return [];
   }
 }
-// The first step with a problem or a question; null: none.
+// Returns the first step with a problem or a question; null: none.
 export const firstOpen = (answers) => firstProblem(answers) || Object.keys(STEPS).find((step) => questionsAt(step, answers).length) || null;
 
 const SIDES = ['lower', 'right', 'upper', 'left'];
@@ -225,7 +228,8 @@ function toolWords({ tool, object }) {
   return `The tool has a ${tool.shape} end, ${inMm(mm(tool.width))} wide, and reaches ${depth}.`;
 }
 
-// What a person confirms before a force is shown: [{step, text}]. `report`: of the slave's check, with its line "in words".
+// Returns the sentences that a person confirms before a force is shown: [{step, text}]. `report`:
+// the slave's check, with its line "in words".
 export function sentencesOf(answers, report) {
   const [, stiffness, force] = report.match(/^ *in words +.*?about as stiff as (.*); (.*)$/m) || [];
   return [

@@ -1,4 +1,4 @@
-// The answers of the set-up: what is wrong with them, and the scene that they make. Answers are texts as typed.
+// Checks the answers of the set-up and makes a scene from them. Answers are texts as typed.
 import {
   areaOf,
   bent,
@@ -17,7 +17,7 @@ import {
 } from './setup_geometry.js';
 import { positive, typedSigma, valueOf, within } from './setup_quantities.js';
 
-// Step: its title. The steps own the keys of the scene below.
+// Titles of the steps. Each step owns the keys of the scene listed below.
 export const STEPS = {
   image: 'Image',
   scale: 'Scale',
@@ -44,26 +44,30 @@ const OWNERS = [
 ];
 export const stepOfKey = (key) => OWNERS.find(([start]) => key === start || key.startsWith(`${start}.`))?.[1] || 'check';
 
-const MIN_PX = 20;  // between the two clicks of the scale
-const WIDEST_M = 20, NARROWEST_M = 2e-5;  // of what an image shows
-const SIZE_OFF = 0.05;  // of a measured side, from what the scale gives
-const SIDE_SEEN = 0.1;  // of the tool's width, that a camera beside it may see of its side
-const TOOL_OFF = 0.12;  // of the tool's width, as the slave's check `scale`
-const MIN_CLEAR = 0.5;  // part of an outline with an edge
-const SKEW_OFF = 0.03;  // of corners from a rectangle, in parts of its diagonal
-const SPACING_PX = 3;  // of the points of an outline
-const CIRCLE_POINTS = 120, ELEMENTS = { flat: 180, round: 360 };  // a round tool touches a part of its width
-const FRONT_ELEMENTS = 120;  // of the front edge of a block, as in deploy/scenes/gel-cube.yaml
-const PLANE_OFF = 10;  // of the force by a model, accepted; it is part of the uncertainty [%]
-export const GUESS_OFF = 50;  // of a modulus that is a first guess [%]
-// The rows of deploy/scenes/materials.md.
+const MIN_PX = 20;  // smallest distance of the two clicks of the scale
+const WIDEST_M = 20, NARROWEST_M = 2e-5;  // limits of the width that an image shows
+const SIZE_OFF = 0.05;  // largest difference of a measured side from the scale, relative
+const SIDE_SEEN = 0.1;  // largest visible part of the tool's side, relative to its width
+const TOOL_OFF = 0.12;  // largest error of the tool's width, as in the slave's check `scale`
+const MIN_CLEAR = 0.5;  // smallest share of an outline with a visible edge
+const SKEW_OFF = 0.03;  // largest distance of corners from a rectangle, relative to its diagonal
+const SPACING_PX = 3;  // distance of the points of an outline
+// More elements for a round tool, which touches with a part of its width.
+const CIRCLE_POINTS = 120, ELEMENTS = { flat: 180, round: 360 };
+// Elements of the front edge of a block, as in deploy/scenes/gel-cube.yaml.
+const FRONT_ELEMENTS = 120;
+// Largest accepted force error of a plane model; it is part of the uncertainty [%].
+const PLANE_OFF = 10;
+export const GUESS_OFF = 50;  // uncertainty of a guessed modulus [%]
+// Names of the rows of deploy/scenes/materials.md.
 export const MATERIALS = ['dragon-skin-10', 'ecoflex-00-10', 'ecoflex-00-30', 'ecoflex-00-50'];
 export const TEMPLATE = 'tip.png', OUTLINE = 'outline.csv';
 
 const MIN_ARC = 0.05;  // of a held arc [rad]
 
-// `held`: numbers of edges; of a disc or an outline arcs {from, to} [rad], counter-clockwise to the eye around the object's middle; one
-// without `to` waits for its other end. `confirmed`: texts of the questions that were answered with "right".
+// `held`: numbers of edges; of a disc or an outline arcs {from, to} [rad], counter-clockwise as
+// displayed around the object's middle; an arc without `to` waits for its other end. `confirmed`:
+// texts of the questions that were answered with "right".
 export const emptyAnswers = () => ({
   name: 'my-object',
   confirmed: [],
@@ -87,7 +91,7 @@ export const emptyAnswers = () => ({
   tool: { box: [], width: '', shape: 'flat', by: '', depth: '', seen: null },
 });
 
-// Answers with a past for each step, so that a step can be undone alone.
+// Answers with a history per step, so that each step can be undone separately.
 export class Answers {
   constructor() {
     this.now = emptyAnswers();
@@ -116,10 +120,10 @@ export const isRound = ({ kind }) => kind === 'disc' || kind === 'outline';
 export const digits = (value, count = 6) => String(Number(value.toPrecision(count)));
 const length = (metres) => `${digits(1e3 * metres)} mm`;
 
-// [m/px] by the two clicks or the board; NaN: not known.
+// Returns the scale [m/px] from the two clicks or the board; NaN: unknown.
 const clickedPixel = ({ scale: { by, board, points, length: text } }) =>
   by === 'board' ? (board?.pixel ?? NaN) : points.length === 2 ? mm(text) / distance(...points) : NaN;
-// Why a search for a board is impossible; empty: it is possible.
+// Returns why a search for a board is impossible; empty: it is possible.
 export const boardProblems = ({ scale: { columns, rows, square } }) =>
   [
     ...([columns, rows].every((count) => plain(count) >= 3 && Number.isInteger(plain(count)))
@@ -128,13 +132,13 @@ export const boardProblems = ({ scale: { columns, rows, square } }) =>
     positive(square, 'Edge of a square', 'length'),
   ].filter(Boolean);
 
-// The corners or clicks of the object, on the edge where the slave found it.
+// Returns the corners or clicks of the object, moved onto the edge that the slave has detected.
 const cornersOf = ({ points, found }) => (found?.length ? refineCorners(points, found) : points);
 const KINDS = { rectangle: 'corners', polygon: 'corners', outline: 'points on the edge', disc: 'points on the edge' };
 const fewest = { rectangle: 4, polygon: 3, outline: 3, disc: 3 };
 export const isComplete = ({ kind, points }) => (kind === 'rectangle' ? points.length === 4 : points.length >= fewest[kind]);
 
-// Measured sides as [m, px], each with its name.
+// Returns measured sides as [m, px], each with its name.
 function measuredSides(object) {
   const { kind, points, found } = object;
   if (!isComplete(object)) return [];
@@ -159,17 +163,19 @@ function measuredSides(object) {
   return [];
 }
 
-// [m/px]: where the edge of a measured object was found, by its sides, which are longer than most scales; else by the two clicks.
+// Returns the scale [m/px]: from the sides of a measured object if its edge was detected, because
+// they are longer than most scales; else from the two clicks.
 export function pixelOf(answers) {
   const clicked = clickedPixel(answers), sides = measuredSides(answers.object).filter(([, metres, px]) => metres > 0 && px > 0);
   if (!answers.object.found?.length || !sides.length) return clicked;
   return sides.reduce((sum, [, metres]) => sum + metres, 0) / sides.reduce((sum, [, , px]) => sum + px, 0);
 }
 
-// One standard deviation of pixelOf, relative: of a click along the line, of an edge that was found, of a board's square, and of a
-// lens that nobody corrected, whose scale changes from the middle to the corners: a third of the 1 to 2 % of common webcams.
+// Contributions to the relative standard deviation of pixelOf: a click along the line, a detected
+// edge, a board's square, and an uncorrected lens, whose scale changes from the middle to the
+// corners: a third of the 1 to 2 % of common webcams.
 const CLICK_PX = 2, FOUND_PX = 0.5, BOARD = 0.002, LENS = 0.005;
-// The sides as they were typed, [m].
+// Returns the typed sides [m].
 const typedSides = ({ kind, width, height, diameter, sides }) =>
   ({ rectangle: [width, height], disc: [diameter], polygon: sidesIn(sides) })[kind] || [];
 export function pixelToleranceOf(answers) {
@@ -183,19 +189,20 @@ export function pixelToleranceOf(answers) {
   return scale.by === 'board' ? BOARD : Math.hypot(lens, (CLICK_PX * Math.SQRT2) / distance(...scale.points));
 }
 
-// Where the slave is to look for the edge: near the clicks, of a disc near the circle through them.
+// Returns where the slave searches for the edge: near the clicks; for a disc near the circle
+// through them.
 export function startOf(object) {
   const circle = object.kind === 'disc' ? fitCircle(object.points) : null;
   return circle ? circlePoints(circle) : object.points;
 }
-// The points of the edge that the slave has found as a polygon.
+// Returns points of the edge that the slave has detected as a polygon.
 export const foundOf = ({ kind }, polygon) => denser(kind === 'outline' ? bent(polygon) : polygon, SPACING_PX);
 const circlePoints = ({ centre, radius }) => Array.from({ length: CIRCLE_POINTS }, (_, i) => {
   const angle = (2 * Math.PI * i) / CIRCLE_POINTS;
   return [centre[0] + radius * Math.cos(angle), centre[1] - radius * Math.sin(angle)];
 });
 
-// The outline in the image, counter-clockwise to the eye; [] while there is none.
+// Returns the outline in the image, counter-clockwise as displayed; [] while there is none.
 export function outlineOf({ object }) {
   if (!isComplete(object)) return [];
   if (object.kind === 'outline') return counterClockwise(object.found?.length ? object.found : object.points);
@@ -204,14 +211,14 @@ export function outlineOf({ object }) {
   return circle ? circlePoints(circle) : [];
 }
 
-// The edges that can be held one by one, lines of points in the image, counter-clockwise. A disc or an outline has none: arcs of it are
-// held.
+// Returns the edges that can be fixed one by one, as polylines in the image, counter-clockwise. A
+// disc or an outline has none: its arcs are fixed.
 export function edgesOf(answers) {
   const outline = outlineOf(answers);
   return outline.length && !isRound(answers.object) ? sidesOf(outline) : [];
 }
 
-// Where frame O is: its origin in the image, and its turn in S [rad].
+// Returns frame O: its origin in the image and its rotation in S [rad].
 function frameOf(answers, pixel) {
   const outline = outlineOf(answers), { kind } = answers.object;
   if (kind === 'rectangle') return fitRectangle(outline, mm(answers.object.width), mm(answers.object.height), pixel);
@@ -222,16 +229,16 @@ const SIDES = ['bottom', 'right', 'top', 'left'];
 const angleFrom = (origin, [u, v]) => Math.atan2(origin[1] - v, u - origin[0]);
 const turnTo = (from, to) => ((to - from) % (2 * Math.PI) + 2 * Math.PI) % (2 * Math.PI);
 
-// The middle around which the angles of held arcs count, in the image.
+// Returns the centre in the image around which angles of fixed arcs are measured.
 export const middleOf = (answers) => frameOf(answers, 1).origin;
 export const angleAt = (answers, point) => angleFrom(middleOf(answers), point);
-// Arcs that have both ends, as [from, span].
+// Returns arcs that have both ends, as [from, span].
 const arcsOf = ({ held }) => held.filter(({ to }) => to !== undefined).map(({ from, to }) => [from, turnTo(from, to)]);
 export const isInArc = ({ from, to }, angle) => to !== undefined && turnTo(from, angle) <= turnTo(from, to);
-// The arc between two angles, the shorter of both.
+// Returns the shorter arc between two angles.
 export const arcBetween = (a, b) => (turnTo(a, b) <= Math.PI ? { from: a, to: b } : { from: b, to: a });
 
-// The held part of the outline: lines of points in the image.
+// Returns the fixed part of the outline as polylines in the image.
 export function heldLines(answers) {
   if (!isRound(answers.object)) return answers.held.map((i) => edgesOf(answers)[i]).filter(Boolean);
   const outline = outlineOf(answers), middle = outline.length ? middleOf(answers) : null, lines = [];
@@ -247,7 +254,7 @@ export function heldLines(answers) {
   return lines;
 }
 
-// Held edges in a row, as [first, last] of each.
+// Returns runs of adjacent fixed edges, each as [first, last].
 export function runsOf(held, count) {
   const isHeld = (i) => held.includes((i + count) % count);
   if (held.length >= count) return [[0, count - 1]];
@@ -274,7 +281,7 @@ function fixedOf(answers, frame) {
   });
 }
 
-// Whether no other part of a polygon is seen from its middle in the directions of the held edges.
+// Returns whether only the fixed edges lie in their directions from the middle of a polygon.
 function areEdgesApart(answers) {
   const edges = edgesOf(answers), { origin } = frameOf(answers, 1);
   return runsOf(answers.held, edges.length).every(([first, last]) => {
@@ -284,7 +291,8 @@ function areEdgesApart(answers) {
   });
 }
 
-// Where the tool's axis enters the object and where it leaves it: {at: in the image, isHeld}; null: it misses the object, or is unknown.
+// Returns where the tool's axis enters and leaves the object: {at: in the image, isHeld: fixed
+// there}; null: it misses the object, or is unknown.
 export function pathOf(answers) {
   const { seen } = answers.tool, outline = outlineOf(answers);
   if (!seen?.tip || !outline.length) return null;
@@ -296,12 +304,13 @@ export function pathOf(answers) {
   return { enters: { at: first.at, isHeld: isHeld(first) }, leaves: { at: last.at, isHeld: isHeld(last) } };
 }
 
-// Along the view: from the front of the object to the front of the tool, and from there to its back [m]. The tool is in the middle.
+// Returns distances along the view: from the front of the object to the front of the tool, and from
+// there to its back [m]. The tool is in the middle.
 export function depthsOf({ object, tool }) {
   const thick = mm(object.thickness);
   return tool.by === 'part' ? { front: (thick - mm(tool.depth)) / 2, deep: mm(tool.depth) } : { front: 0, deep: thick };
 }
-// The edge of a pixel in the plane of the tool's front [m].
+// Returns the edge of a pixel in the plane of the tool's front [m].
 export const toolPixelOf = (answers) => pixelOf(answers) * (1 + depthsOf(answers).front / mm(answers.scale.distance));
 // Of what a camera at the height of the pressed edge sees of the end of the tool beyond the end of its front: the share of the way from
 // the edge. A camera that looks from above on a block sees the front alone.
@@ -309,10 +318,12 @@ export function undersideOf(answers) {
   const { front, deep } = depthsOf(answers);
   return answers.object.plane === 'block' && answers.tool.by === 'part' ? 0 : deep / (mm(answers.scale.distance) + front);
 }
-const HEIGHT_SIGMA_M = 3e-3;  // of the camera above the edge as a person sets it, one standard deviation
+// Standard deviation of the camera's height above the edge, as set by a person.
+const HEIGHT_SIGMA_M = 3e-3;
 const anchorToleranceOf = (answers) => (undersideOf(answers) * HEIGHT_SIGMA_M) / toolPixelOf(answers);
 
-// What is wrong at a step, in words; empty: nothing. `trouble`: of the frozen image and of the tool's box, as setup_tip.js reports it.
+// Problems of each step as text; empty: none. `trouble`: problems of the frozen image and of the
+// tool's box, see setup_tip.js.
 const CHECKS = {
   image: ({ image }) =>
     image
@@ -451,7 +462,7 @@ export function problemsAt(step, answers) {
     return ['Answer the steps before this one first.'];
   }
 }
-// The first step with a problem; null: none.
+// Returns the first step with a problem; null: none.
 export const firstProblem = (answers) => Object.keys(STEPS).find((step) => problemsAt(step, answers).length) || null;
 
 function sizeProblems(answers) {
@@ -483,7 +494,7 @@ function skewProblems(answers, outline) {
       ];
 }
 
-// Larger and smaller extent of the object in the image [m].
+// Returns the larger and the smaller extent of the object in the image [m].
 export function spansOf(answers) {
   const outline = outlineOf(answers), pixel = pixelOf(answers);
   const spans = [0, 1].map((k) => pixel * (Math.max(...outline.map((p) => p[k])) - Math.min(...outline.map((p) => p[k]))));
@@ -528,8 +539,8 @@ function geometryText(answers, { origin }, pixel) {
   return [`contour: ${OUTLINE}`, thick];
 }
 
-// The scene of complete answers, and its files: {scene, files: {name: Uint8Array}}. `cameraLines`: of SceneDescription.setup_camera.
-// `template`: PNG of answers.tool.seen.box.
+// Returns the scene of complete answers and its files: {scene, files: {name: Uint8Array}}.
+// `cameraLines`: SceneDescription.setup_camera. `template`: PNG of answers.tool.seen.box.
 export function sceneOf(answers, cameraLines, template) {
   const pixel = pixelOf(answers), frame = frameOf(answers, pixel), { image, object, tool } = answers, { tip, box, direction } = tool.seen;
   const centre = [((image.width - 1) / 2 - frame.origin[0]) * pixel, (frame.origin[1] - (image.height - 1) / 2) * pixel];
@@ -572,20 +583,22 @@ export function sceneOf(answers, cameraLines, template) {
   return { scene: `${lines.join('\n')}\n`, files };
 }
 
-const UNSEEN_PX = 0.5;  // three standard deviations of a tip that is found well
-// Of the contact along the surface normal [N/m].
+const UNSEEN_PX = 0.5;  // three standard deviations of a well tracked tip
+// Returns the contact stiffness along the surface normal [N/m].
 function stiffnessAlong({ stiffness = [], normal }) {
   const n = [normal.x, normal.y, normal.z];
   return stiffness.length === 9 ? n.reduce((sum, a, i) => sum + n.reduce((part, b, j) => part + a * b * stiffness[3 * i + j], 0), 0) : 0;
 }
 
-// Largest depth [m] and force [N] that were valid, and the curve of the press: medians over depth.
+// Collects the largest valid depth [m] and force [N], and the curve of the press: medians over
+// depth.
 export class PressCurve {
   constructor() {
     this.points = [];
   }
-  // `state`: of state.proto, as JSON; `pixel` [m]. Returns its point {depth, force, sigma, valid, isTouching, unseen}; null: it has no
-  // force. `unseen`: the force of a touch that is as deep as the tip is uncertain.
+  // `state`: of state.proto, as JSON; `pixel` [m]. Returns its point {depth, force, sigma, valid,
+  // isTouching, unseen}; null: it has no force. `unseen`: force at a depth equal to the tip's
+  // uncertainty.
   add(state, pixel = 0) {
     const { force, local_model: model, p_S_tip: tip } = state;
     if (!force || !model?.reference || !tip || this.last === state.sequence) return null;

@@ -1,4 +1,5 @@
-// For each check of a force with one camera (slave/CHECKS.md): what to do, for a person who holds the tool.
+// Advice for each check of a force with one camera (slave/CHECKS.md), for a person who holds the
+// tool.
 export const CHECK_HELP = {
   model_range: 'the model is not made for this press: an alarm below says why; without one it is too deep, press less deeply',
   tip: 'the tip is covered, turned or out of view: show it to the camera as in the frozen image',
@@ -13,7 +14,8 @@ export const CHECK_HELP = {
 
 const AGAIN = 'Your answers are kept: try again.';
 const BUSY = `The slave is busy and has not answered in time. ${AGAIN}`;
-// Calls that were rejected, by ErrorReason (proto/palpate/v1/errors.proto), or by the code of the connection.
+// Texts for rejected calls by ErrorReason (proto/palpate/v1/errors.proto), or by the code of the
+// connection.
 const NO_ADMIN = 'This station may not set up the slave: start palpate-master with --setup-tls and the certificate of an admin.';
 const NO_CERTIFICATE = "The station's certificate has expired: it needs a new one.";
 const REASONS = {
@@ -31,7 +33,7 @@ const REASONS = {
   NO_CAMERA: "The slave's camera gives no image: check camera and cable.",
 };
 
-// Rejections of what was sent, by the step and the slave's words.
+// Texts for rejected data, by the call and a pattern of the slave's message.
 const CALLS = [
   [
     'outline',
@@ -51,7 +53,8 @@ const CALLS = [
   ['use', /saved|written|folder/, 'The slave cannot save the scene: check the folder of --setup.'],
 ];
 
-// Words for a call that failed. `error`: the slave's text, `reason`: its name, `code`: of gRPC.
+// Returns the text for a failed call. `error`: the slave's text, `reason`: name of the ErrorReason,
+// `code`: code of gRPC.
 export function callWords(call, { error, reason, code }) {
   const known = REASONS[reason] || (reason ? null : REASONS[code]);
   if (known) return known;
@@ -59,7 +62,7 @@ export function callWords(call, { error, reason, code }) {
 }
 
 const lengthIn = (text) => text.match(/[\d.]+ ?(?:mm|um|µm|m)\b/)?.[0];
-// What is wrong with a scene, by the key and the slave's words.
+// Texts for mistakes in a scene, by the key and a pattern of the slave's message.
 const SCENE = [
   [
     'tool.width',
@@ -125,7 +128,7 @@ const SCENE = [
   ['model', /./, () => 'The slave cannot compute this object: check the sizes, and thin or thick.'],
   ['name', /./, () => 'Name of the scene: expected letters, digits, - and _.'],
 ];
-// Messages without a key.
+// Texts for messages without a key.
 const KEYLESS = [
   [/collapsed|intersected itself|left its start|no clear edge/, 'sense.contour'],
   [/the object in the first image|the outline in the first image/, 'object.geometry'],
@@ -133,7 +136,7 @@ const KEYLESS = [
   [/tip|template/, 'sense.tip'],
 ];
 
-// The key of a mistake, and what a person reads: {key, text, details}.
+// Returns the key of a mistake and its text for a person: {key, text, details}.
 export function mistakeWords({ key = '', value = '', message = '', expected = '' }) {
   const owner = key && !/^sense\.contour/.test(key) ? key : KEYLESS.find(([form]) => form.test(message))?.[1] || key;
   const row = SCENE.find(([begin, form]) => (owner === begin || owner.startsWith(`${begin}.`)) && form.test(message));

@@ -1,29 +1,41 @@
-// What the page finds in a frozen image by itself: its light, and the tool's tip in a box. `grey` is {width, height, levels: one
-// number per pixel, 0 to 255}.
+// Evaluates a frozen image: checks its brightness, and finds the tool's tip in a box. `grey` is
+// {width, height, levels: one number per pixel, 0 to 255}.
 
 import { contains, crossingsWith, distance } from './setup_geometry.js';
 
-const DARK = 60, BRIGHT_SHARE = 0.35, MIN_SPREAD = 8;  // levels
-const WIDTH_OFF = 0.35;  // of the tool's width, in the search for its sides
-const CLEAR_STEP = 25;  // change across a side beyond which it counts no more: what is behind may be stronger [levels]
-const MAX_SLOPE = 0.36, SLOPE_STEP = 0.03;  // of a tool against the rows of the image
-const LESS = 0.2;  // what the stronger side counts beside the weaker one
-const NEAR_PX = 2;  // of a side from the bar that all rows together show
-const MIN_STEP = 12;  // levels across an edge of the tool
-const SLAB_PX = 6;  // rows that are taken together, in the search for the tool's sides
-const MIN_MARK = 20;  // change along the tool within two pixels that follows the tool without doubt [levels]
-const UNDERSIDE_PX = 8;  // of the end, where a camera may see the end's face, which moves otherwise than the front
-const BACKGROUND_PX = 3;  // of background before the tip, at least
-const PAST_PX = 10;  // past the box, as far as the tip is searched
-const SIDE_PX = 6, BEYOND_PX = 4, LENGTH_PX = 44;  // of the template, as the slave cuts its own
+const DARK = 60, BRIGHT_SHARE = 0.35, MIN_SPREAD = 8;  // [levels], share of bright pixels, [levels]
+const WIDTH_OFF = 0.35;  // relative tolerance of the tool's width in the search for its sides
+// Larger changes across a side count like this one, because edges of the background may be stronger
+// [levels].
+const CLEAR_STEP = 25;
+// Largest slope of a tool's sides against the rows of the image, and step of the search.
+const MAX_SLOPE = 0.36, SLOPE_STEP = 0.03;
+const LESS = 0.2;  // weight of the stronger side relative to the weaker one
+const NEAR_PX = 2;  // largest distance of a side from the bar that was found in all rows together
+const MIN_STEP = 12;  // smallest change across an edge of the tool [levels]
+const SLAB_PX = 6;  // rows per slab in the search for the tool's sides
+// Smallest change along the tool within two pixels by which its motion is tracked reliably
+// [levels].
+const MIN_MARK = 20;
+// Rows at the end where a camera may see the end's face, which moves differently from the front.
+const UNDERSIDE_PX = 8;
+const BACKGROUND_PX = 3;  // smallest number of background pixels before the tip
+const PAST_PX = 10;  // distance beyond the box in which the tip is searched
+// Margins and length of the template, as in the slave.
+const SIDE_PX = 6, BEYOND_PX = 4, LENGTH_PX = 44;
 
-const SHADED = 0.7;  // level of the end's face by that of the front, under a lamp above
-const EDGE_PX = 4;  // from an outline that the slave has found to the edge
-const SHIFT_PX = 0.8;  // of the tip by the face of its end: a little less than what the slave's check of the tool's end accepts
-const VAGUE_PX = 0.4;  // scatter of the lines along a flat tool, about its end
-const SHAPE_PX = 8;  // narrower tips do not show whether their end is round
-const SIDEWAYS = 0.35, HALF_CIRCLE = 0.143;  // of a tip's width: where its end is compared, and how far a half circle recedes there
-const DEPTHS_PX = [4, 10, 20], SEARCH_PX = 12, SAME_PX = 2, EQUAL = 0.01, MIN_SCORE = 0.6;  // as the slave's search for the tip
+const SHADED = 0.7;  // level of the end's face relative to that of the front, for light from above
+const EDGE_PX = 4;  // largest distance of the edge from an outline that the slave has detected
+// Largest shift of the tip by the face of its end, a little less than the slave's check of the
+// tool's end accepts.
+const SHIFT_PX = 0.8;
+const VAGUE_PX = 0.4;  // largest scatter of the end among the lines along a flat tool
+const SHAPE_PX = 8;  // on narrower tips a round end cannot be recognised
+// Relative to the tip's width: distance from the axis at which the end is compared, and recess of a
+// half circle there.
+const SIDEWAYS = 0.35, HALF_CIRCLE = 0.143;
+// As in the slave's search for the tip.
+const DEPTHS_PX = [4, 10, 20], SEARCH_PX = 12, SAME_PX = 2, EQUAL = 0.01, MIN_SCORE = 0.6;
 
 export function greyOf({ width, height, data }) {
   const levels = new Float32Array(width * height);
@@ -31,7 +43,7 @@ export function greyOf({ width, height, data }) {
   return { width, height, levels };
 }
 
-// Why the image cannot be used; empty: it can.
+// Returns why the image cannot be used; empty: it can.
 export function imageTrouble({ levels }) {
   const counts = new Array(256).fill(0);
   for (const level of levels) ++counts[Math.min(255, Math.round(level))];
@@ -49,7 +61,7 @@ export function imageTrouble({ levels }) {
   return '';
 }
 
-// The level at a place between pixels.
+// Returns the level at a position between pixels.
 export function levelAt({ width, height, levels }, u, v) {
   const x = Math.min(width - 1.001, Math.max(0, u)), y = Math.min(height - 1.001, Math.max(0, v));
   const i = Math.floor(x), j = Math.floor(y), a = x - i, b = y - j, at = j * width + i;
@@ -58,7 +70,7 @@ export function levelAt({ width, height, levels }, u, v) {
 
 const median = (values) => [...values].sort((a, b) => a - b)[Math.floor(values.length / 2)];
 
-// Which of the four directions leads from the box to the object: [1, 0], [-1, 0], [0, 1] (down) or [0, -1].
+// Returns the direction from the box to the object: [1, 0], [-1, 0], [0, 1] (down) or [0, -1].
 export function directionTo([[u0, v0], [u1, v1]], outline) {
   const outside = [(u0 + u1) / 2, (v0 + v1) / 2].map((mid, k) => {
     const low = Math.min(...outline.map((p) => p[k])), high = Math.max(...outline.map((p) => p[k]));
@@ -67,15 +79,17 @@ export function directionTo([[u0, v0], [u1, v1]], outline) {
   return outside[0].far > outside[1].far ? [outside[0].towards, 0] : [0, outside[1].towards];
 }
 
-// Changes of a profile, and the place of the largest one near `i`, to a part of a pixel.
+// Returns the changes along a profile.
 const changesOf = (profile) => profile.map((_, i) => (i > 0 && i + 1 < profile.length ? (profile[i + 1] - profile[i - 1]) / 2 : 0));
+// Returns the subpixel position of the extremum of `values` near `i`.
 function peakAt(values, i) {
   const [a, b, c] = [values[i - 1] ?? 0, values[i], values[i + 1] ?? 0].map(Math.abs), bend = a - 2 * b + c;
   return i + (bend < 0 ? Math.min(0.5, Math.max(-0.5, (a - c) / (2 * bend))) : 0);
 }
 
-// Where a bar of about `width` [px] lies in rows of changes across it, all rows together: {slope, left, right} in the first row; null:
-// there is none. What is behind the tool has edges as strong as its sides, but not in all rows.
+// Finds a bar of about `width` [px] in all rows of changes together: {slope, left, right} in the
+// first row; null: there is none. Edges of the background may be as strong as the tool's sides, but
+// do not continue through all rows.
 function barIn(rows, width) {
   const across = rows[0].length;
   let best = null;
@@ -97,7 +111,7 @@ function barIn(rows, width) {
   }
   return best;
 }
-// The largest change of a profile near `s`, to a part of a pixel; null: there is none.
+// Returns the subpixel position of the largest change of a profile near `s`; null: there is none.
 function sideNear(changes, s) {
   let best = null;
   for (let i = Math.max(1, Math.round(s - NEAR_PX)); i <= Math.min(changes.length - 2, Math.round(s + NEAR_PX)); ++i)
@@ -105,8 +119,9 @@ function sideNear(changes, s) {
   return best === null ? null : peakAt(changes, best);
 }
 
-// The axis of the tool in the box, from the sides in slabs across it: {at: a point on it where the tool enters the box, d: unit vector
-// towards the tip, width}; null: there is no tool. `place(a, s)`: a point of the box, a px from there and s px across.
+// Returns the axis of the tool in the box from its sides in slabs: {at: point on the axis where the
+// tool enters the box, d: unit vector towards the tip, width}; null: there is no tool. `place(a,
+// s)`: a point of the box, a px along and s px across.
 function axisOf(grey, place, d, length, across, width) {
   const slabs = Math.max(2, Math.floor((0.6 * length) / SLAB_PX)), found = [];
   const changes = Array.from({ length: slabs }, (_, slab) => changesOf(Array.from({ length: across }, (__, s) =>
@@ -118,25 +133,28 @@ function axisOf(grey, place, d, length, across, width) {
     if (sides.every((s) => s !== null)) found.push([a, (sides[0] + sides[1]) / 2, sides[1] - sides[0]]);
   });
   if (found.length < Math.max(2, slabs / 2)) return null;
-  // The median slope of all pairs, which one slab that shows something else does not turn.
+  // The median slope of all pairs is not affected by a single wrong slab.
   const slopes = found.flatMap(([a, s], i) => found.slice(i + 1).map(([b, t]) => (t - s) / (b - a)));
   const slope = median(slopes), start = median(found.map(([a, s]) => s - slope * a)), tall = Math.hypot(1, slope);
   const [from, to] = [place(0, start), place(1, start + slope)];
   return { at: from, d: [0, 1].map((i) => (to[i] - from[i]) / tall), width: median(found.map(([, , wide]) => wide)) / tall };
 }
 
-// The tip of a tool of about `width` [px] in the box [[u0, v0], [u1, v1]]: {tip: [u, v], direction: unit vector in the image, width: as
-// seen [px], box: of the template [[u, v], [u, v]] in whole pixels, beyond: whether it shows what lies before the tip}. What is wrong
-// comes as {why}. `vague`: whether its end is hard to tell from what is behind it;
-// `nearer`: to how far from the object the tool has to come, so that the face of its end hides no more than SHIFT_PX [px]; null: it is near;
-// `aside`: how much of its side is seen [px].
-// `underside`: share of the tip's way to the object by which the far end of its back is seen beyond its front.
+// Finds the tip of a tool of about `width` [px] in the box [[u0, v0], [u1, v1]]: {tip: [u, v],
+// direction: unit vector in the image, width: in the image [px], box: of the template [[u, v], [u,
+// v]] in whole pixels, beyond: whether the template contains the region before the tip}, or {why}:
+// the reason why there is no tip. `vague`: whether its end differs little from the background;
+// `nearer`: distance from the object to which the tool must approach so that the face of its end
+// shifts the tip by at most SHIFT_PX [px]; null: it is near enough; `aside`: visible part of its
+// side [px]. `underside`: visible length of the end's face, relative to the distance of the tip
+// from the object.
 export function findTip(grey, box, outline, width, isRound, underside) {
   const d = directionTo(box, outline), n = [Math.abs(d[1]), Math.abs(d[0])], k = d[0] ? 0 : 1;
   const low = [0, 1].map((i) => Math.round(Math.min(box[0][i], box[1][i]))),
     high = [0, 1].map((i) => Math.round(Math.max(box[0][i], box[1][i])));
   const [length, across] = [high[k] - low[k] + 1, high[1 - k] - low[1 - k] + 1];
-  const back = d[k] > 0 ? low[k] : high[k], side = low[1 - k];  // where the tool enters, and the left or upper side
+  // The edge where the tool enters, and the left or upper side.
+  const back = d[k] > 0 ? low[k] : high[k], side = low[1 - k];
   if (length < 3 * SLAB_PX || across < 8)
     return { why: 'The box is too small: drag it around the tip, with some of the tool and of the background.' };
 
@@ -149,7 +167,7 @@ export function findTip(grey, box, outline, width, isRound, underside) {
   const place = (a, s) => [axis.at[0] + a * axis.d[0] - s * axis.d[1], axis.at[1] + a * axis.d[1] + s * axis.d[0]];
   const within = Math.max(1, Math.floor((isRound ? 0.15 : 0.35) * axis.width)),
     boxed = Math.floor(length * Math.hypot(1, axis.d[1 - k] / axis.d[k]));
-  // Up to the object, whose edge is some pixels wide.
+  // Whether a row is free up to the object, whose edge is some pixels wide.
   const isFree = (a) =>
     !contains(outline, place(a + BEYOND_PX, 0)) && place(a, 0).every((value, i) => value >= 0 && value < [grey.width, grey.height][i]);
   let long = boxed;
@@ -192,8 +210,9 @@ export function findTip(grey, box, outline, width, isRound, underside) {
   };
 }
 
-// A flat end line by line, each by its own levels, and their median: what is behind may be of several parts. `vague`: too many lines
-// show no end, or another one.
+// Returns the median of the end position of a flat tool over lines along it, each with its own
+// levels, because the background may have several parts. `vague`: too many lines show no end, or
+// another one.
 function endAcross(grey, place, rough, within) {
   const ends = [];
   for (let s = -within; s <= within; ++s) {
@@ -212,15 +231,17 @@ function endAcross(grey, place, rough, within) {
   return { end, vague: off > VAGUE_PX || 3 * ends.length < 2 * (2 * within + 1) };
 }
 
-// The face of the end, which a camera below sees: by how much of its length the end is found beyond that of the front, which is where
-// the level is half way to the background. The face is in the shade: SHADED of the level of the front.
+// Estimates the face of the end, which a camera below the tool sees: returns the share of its
+// length by which the detected end is beyond that of the front. The detected end is where the level
+// is halfway to the background. The face is in the shade and has SHADED times the level of the
+// front.
 function faceOf(along, end) {
   const background = median(along.slice(-BACKGROUND_PX)), front = median(along.slice(Math.max(0, Math.floor(end) - 6), Math.floor(end) - 1));
   return Math.min(1, Math.max(0, (SHADED * front - background) / (front - background)));
 }
 
-// The points of a bent outline moved along its normal onto the edge in the image, where there is one within EDGE_PX; each by the median
-// of its neighbours, which an edge of something else does not move.
+// Moves the points of a curved outline along its normal onto the edge in the image, if there is one
+// within EDGE_PX. Each moves by the median of its neighbours, so that other edges have no effect.
 export function ontoEdge(grey, outline) {
   const count = outline.length, at = (i) => outline[(i + count) % count];
   const normals = outline.map((_, i) => {
@@ -241,7 +262,8 @@ export function ontoEdge(grey, outline) {
   });
 }
 
-// How round the end of a tool is: 0 flat, 1 a half circle; null: it is too small in the image.
+// Returns how round the end of a tool is: 0 flat, 1 a half circle; null: it is too small in the
+// image.
 function roundnessOf(grey, place, end, along, width) {
   if (width < SHAPE_PX) return null;
   const aside = Math.round(SIDEWAYS * width),
@@ -258,7 +280,7 @@ function roundnessOf(grey, place, end, along, width) {
   return (middle - (endAt(-aside) + endAt(aside)) / 2) / (HALF_CIRCLE * width);
 }
 
-// The median level of the object behind the place where the tool enters it.
+// Returns the median level of the object behind the point where the tool enters it.
 function levelIn(grey, entry, { d, width }) {
   const levels = [];
   for (let a = 4; a < 4 + Math.max(8, width); ++a) {
@@ -268,8 +290,9 @@ function levelIn(grey, entry, { d, width }) {
   return median(levels);
 }
 
-// Whether the tool's template is still found where the tool is once the object, of level `object`, lies behind and beside its end: the
-// correlation along the tool, as the slave searches; of a tool with marks by the tool alone. {lost, object, background, tool: levels}.
+// Predicts whether the tool's template is still found at the tool when the object, with level
+// `object`, is behind and beside its end. It uses the correlation along the tool, as the slave
+// does; with marks only the tool itself. Returns {lost, object, background, tool: levels}.
 function followOf(grey, place, { end, front, width, isMarked }, object) {
   const half = Math.max(1, Math.floor(width / 2 + (isMarked ? -2 : SIDE_PX))),
     rear = Math.max(1 + SEARCH_PX, front - LENGTH_PX),
@@ -284,7 +307,7 @@ function followOf(grey, place, { end, front, width, isMarked }, object) {
     tool: median(rows.filter((a) => a < end - 2).map((a) => levelAt(grey, ...place(a, 0)))),
   };
   const lost = DEPTHS_PX.some((depth) => {
-    // One pixel of blur at the edges of the tool.
+    // The edges of the tool are blurred by one pixel.
     const pressed = (a, s) => {
       const inTool = Math.min(1, Math.max(0, whole - Math.abs(s) + 0.5)) * Math.min(1, Math.max(0, end - a + 0.5));
       return a > end - depth
@@ -316,7 +339,8 @@ function correlation(a, b) {
   return aa > 0 && bb > 0 ? ab / Math.sqrt(aa * bb) : 0;
 }
 
-// Where the tool ends: from the front of the box backwards, the first place that is half way from the background to the tool.
+// Returns the end of the tool: from the front of the box backwards, the first position halfway from
+// the background to the tool.
 function endOf(along, length) {
   const background = median(along.slice(-BACKGROUND_PX));
   const tool = median(along.slice(0, Math.ceil(length / 2))),
@@ -330,14 +354,16 @@ function endOf(along, length) {
   return null;
 }
 
-// The template as the slave cuts its own: the tool with a little background on either side, and nothing beyond the tip, where the
-// object will be, unless the tool has no marks that show where along itself it is.
+// Returns the template as the slave makes it: the tool with a little background on either side. It
+// has no region beyond the tip, where the object will be, unless the tool has no marks by which its
+// position along the axis is measured.
 function templateAt(grey, place, along, end, { d, width }) {
   const before = along.slice(0, Math.max(0, Math.floor(end) - UNDERSIDE_PX));
   const noise = 1.4826 * median(before.slice(2).map((value, i) => Math.abs(value - 2 * before[i + 1] + before[i]))) / Math.sqrt(6);
   const marks = changesOf(before).slice(1, -1).reduce((sum, change) => sum + width * change * change, 0);
   const isMarked = before.length > 8 && marks > width * Math.max(MIN_MARK * MIN_MARK, 100 * noise * noise);
-  const half = width / 2 + SIDE_PX, slant = 2 * half * Math.abs(d[0] * d[1]);  // the upright box around a turned piece is longer
+  // The upright box around a rotated piece is longer.
+  const half = width / 2 + SIDE_PX, slant = 2 * half * Math.abs(d[0] * d[1]);
   const front = end + (isMarked ? -1 : BEYOND_PX) - slant, rear = front - LENGTH_PX + slant;
   const corners = [rear, front].flatMap((a) => [place(a, -half), place(a, half)]), size = [grey.width, grey.height];
   const low = [0, 1].map((i) => Math.max(0, Math.ceil(Math.min(...corners.map((p) => p[i])))));

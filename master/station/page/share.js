@@ -1,5 +1,6 @@
-// The last minute of what the page received: for the time cursor of the charts, and as one HTML file that replays it without a server,
-// with images, displacement of the model, force with sigma and validity, and the scene in words.
+// Stores the last minute of received data: for the time cursor of the charts, and as one HTML file
+// that replays it without a server, with images, displacement of the model, force with sigma and
+// validity, and the scene in words.
 import { STOPS, niceAbove, viridis } from './colours.js';
 import { drawField, magnitudesOf, visibleOf } from './field.js';
 import { save } from './save.js';
@@ -7,11 +8,15 @@ import { playClip } from './share_player.js';
 import { codeOf, figure, xyz } from './text.js';
 
 const SECONDS = 60, AGAIN_S = 1, VIEWS_HZ = 8, WIDEST_PX = 480, QUALITY = 0.6;
-const BYTES_PER_S = 8e6 / 60, SPARE = 3e4, MARGIN = 1.1;  // of the file; of its text; of the size of images
-const SHARP = Math.cos(Math.PI / 6);  // of the angle between two triangles at a sharp edge
-const TOGETHER_S = 0.5;  // views of one moment; a recording keeps eight a second
-const PLACE_STEPS = 65535, VALUE_STEPS = 255;  // of places from -0.5 to 1.5 of the image's width, and of values up to full colour
-// The view of a body without a camera, from a corner: right and up in it.
+// Size of the file per second; bytes for its text; margin of the image size.
+const BYTES_PER_S = 8e6 / 60, SPARE = 3e4, MARGIN = 1.1;
+// Cosine of the smallest angle between two triangles at a sharp edge.
+const SHARP = Math.cos(Math.PI / 6);
+// Largest time between views of one moment; a recording has eight per second.
+const TOGETHER_S = 0.5;
+// Steps of positions from -0.5 to 1.5 of the image's width, and of values up to full colour.
+const PLACE_STEPS = 65535, VALUE_STEPS = 255;
+// View from a corner for bodies without a camera: its right and up directions.
 const ASIDE = [Math.sqrt(0.5), Math.sqrt(0.5), 0], UPWARDS = [-Math.sqrt(1 / 6), Math.sqrt(1 / 6), Math.sqrt(2 / 3)];
 
 export class Share {
@@ -19,11 +24,12 @@ export class Share {
     this.topology = null;
     this.begin();
   }
-  // Another session, or another part of a recording. Topologies come when they change.
+  // Starts another session or another part of a recording. Topologies are received when they
+  // change.
   begin(run) {
     Object.assign(this, { images: [], shapes: [], fields: [], statuses: [], states: [], events: [], run });
   }
-  // Forgets what is older than a minute. Not each time, because that moves the whole list.
+  // Removes data older than a minute, but not on each call, because that moves the whole list.
   trim(list, t) {
     if (list.length && t - list[0].t > 1.2 * SECONDS) list.splice(0, list.findIndex((item) => t - item.t <= SECONDS));
   }
@@ -65,12 +71,12 @@ export class Share {
     if (before && state === 'ESTOP' && before.state !== 'ESTOP') this.mark(t, 'stop');
     for (const list of [this.states, this.events]) this.trim(list, t);
   }
-  // One line for what happens again and again.
+  // Marks a repeated event only once.
   mark(t, name) {
     const last = this.events.findLast((event) => event.name === name);
     if (!last || t - last.t > AGAIN_S) this.events.push({ t, name });
   }
-  // What was shown at the time `t`; parts may be missing.
+  // Returns the data that were shown at the time `t`; parts may be missing.
   momentAt(t) {
     const newest = (list) => {
       const item = list.findLast((one) => one.t <= t + 1e-9);
@@ -79,7 +85,7 @@ export class Share {
     return { image: newest(this.images), shape: newest(this.shapes), field: newest(this.fields), status: newest(this.statuses) };
   }
 
-  // The file as text. `scene`: of the health message, or null.
+  // Returns the file as text. `scene`: of the health message, or null.
   async file(scene, title) {
     if (!this.states.length) return null;
     const end = this.states.at(-1).t, from = Math.max(this.states[0].t, end - SECONDS);
@@ -113,8 +119,9 @@ export class Share {
 const base64Of = (bytes) => btoa(Array.from(bytes, (byte) => String.fromCharCode(byte)).join(''));
 const range = (list) => list.reduce(([low, high], value) => [Math.min(low, value), Math.max(high, value)], [Infinity, -Infinity]);
 
-// The fields as text: {triangles, edges, full [m], isPlanar, frames: [{t, places, values}]}, in base64: `places` two bytes for u and two for v per
-// node, `values` one byte per node. Without an image of `width` px the body is seen from a corner. Null: nothing to draw.
+// Returns the fields as text: {triangles, edges, full [m], isPlanar, frames: [{t, places,
+// values}]}, in base64: `places` two bytes for u and two for v per node, `values` one byte per
+// node. Without an image of `width` px the body is drawn from a corner. Null: nothing to draw.
 function packedFields({ rest, triangles }, fields, width, since) {
   if (!fields.length || (width && !fields[0].image)) return null;
   const largest = fields.map(({ displacement }) => magnitudesOf(displacement).reduce((most, value) => Math.max(most, value), 0));
@@ -133,7 +140,7 @@ function packedFields({ rest, triangles }, fields, width, since) {
     })),
   };
 }
-// Pairs of nodes where the surface has a sharp edge or ends.
+// Returns pairs of nodes at sharp edges and boundaries of the surface.
 function sharpEdges(rest, triangles) {
   const open = new Map(), edges = [], at = (node, axis) => rest[3 * node + axis];
   for (let i = 0; i < triangles.length; i += 3) {
@@ -149,7 +156,8 @@ function sharpEdges(rest, triangles) {
   }
   return [...edges, ...[...open.keys()].map((key) => key.split(' ').map(Number))].flat();
 }
-// Places u, v of the displaced nodes in a image of the body, 4 by 3 [its width], around the middle of its square.
+// Returns positions u, v of the displaced nodes in an image of the body with sides 4 : 3 [relative
+// to its width], centred on the body.
 function cornerView(rest) {
   const along = (displacement, way, i) => [0, 1, 2].reduce((sum, k) => sum + way[k] * (rest[i + k] + displacement[i + k]), 0);
   const places = (displacement) =>
@@ -175,7 +183,8 @@ function wordsOf(scene) {
 
 const bitmapOf = ({ buffer }) => createImageBitmap(new Blob([new Uint8Array(buffer, 16)], { type: 'image/jpeg' }));
 const widthOf = (image) => bitmapOf(image).then(({ width }) => width).catch(() => null);
-// As many images, small enough, as fit into `room` [bytes], by the size of the one in the middle.
+// Returns as many images as fit into `room` [bytes], reduced in size; the size is estimated from
+// the middle one.
 async function within(images, room, since) {
   const sample = images.length ? await shrunk(images[images.length >> 1]).catch(() => '') : '';
   const every = Math.max(1, Math.ceil((MARGIN * images.length * sample.length) / Math.max(1, room))), small = [];
@@ -204,7 +213,7 @@ h1{margin:0 0 4px;font-size:24px}#force{margin:0 0 8px;font-size:22px;font-weigh
 #curve{display:block;width:100%;border:1px solid #d3dae1;border-radius:8px}
 .time{display:flex;gap:12px;margin:10px 0}#place{flex:1;min-width:0}button{min-width:96px;min-height:40px;font:inherit}
 :focus-visible{outline:3px solid #1668b8;outline-offset:2px}`;
-// Text of a script element cannot end it.
+// Escapes text so that it cannot end a script element.
 const inScript = (text) => text.replaceAll('<', '\\u003c');
 const program = () =>
   `const STOPS = ${JSON.stringify(STOPS)};\n${[viridis, visibleOf, drawField, playClip].map(String).join('\n')}\n` +

@@ -1,5 +1,6 @@
-// The player of a shared file. The function is written into the file as text: it uses nothing but its argument, the functions of field.js
-// and colours.js beside it, and the page around it. `clip`: of share.js. Times in s, forces in N.
+// The player of a shared file. The function is written into the file as text, so it uses only its
+// argument, the functions of field.js and colours.js, and the page around it. `clip`: the data of
+// share.js. Times in s, forces in N.
 import { drawField, visibleOf } from './field.js';
 import { viridis } from './colours.js';
 
@@ -21,7 +22,7 @@ export function playClip(clip) {
   }
   Object.assign(byId('place'), { min: 0, max: last, step: 0.01, value: 0 });
 
-  // Force over time, with a band of one sigma; orange where it is not valid.
+  // Draws force over time with a band of one sigma; orange where it is not valid.
   const curve = byId('curve'),
     pen = curve.getContext('2d'),
     [width, height] = [curve.width, curve.height],
@@ -76,7 +77,7 @@ export function playClip(clip) {
     pen.fillRect(x(now) - 1, top, 2, height - bottom - top);
   }
 
-  // The image with the displacement of the model over it.
+  // Draws the image with the displacement of the model over it.
   still.onload = () => drawView();
   function drawView() {
     const pen = view.getContext('2d'), i = field ? newest(field.frames, now) : -1;

@@ -1,5 +1,6 @@
-// Contact as sound unless it is switched off: a note where contact begins, a lower one where it ends, and between them a tone that is
-// louder and higher with the force. A browser plays nothing before the first key or click.
+// Plays contact as sound unless it is switched off: a note when contact begins, a lower one when it
+// ends, and between them a tone that is louder and higher with the force. Browsers play nothing
+// before the first key or click.
 import { keep, kept } from './save.js';
 
 const BEGIN_HZ = 660, END_HZ = 330, NOTE_S = 0.09, NOTE_GAIN = 0.1;
@@ -29,7 +30,7 @@ export class Sound {
     if (this.isOn) this.begin();
     else this.show(0, false);
   }
-  // `share` of the force limit.
+  // `share`: force relative to its limit.
   show(share, isTouching) {
     if (this.context && this.isOn && isTouching !== this.isTouching) this.note(isTouching ? BEGIN_HZ : END_HZ);
     this.isTouching = isTouching;

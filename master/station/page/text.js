@@ -1,40 +1,42 @@
-// Numbers and codes as a person reads them.
+// Formats numbers and codes for a person.
 
 // Writes only a changed text, because each write costs a layout.
 export const write = (element, text) => {
   if (element.textContent !== text) element.textContent = text;
 };
-// A value of an enumeration in state.proto, without its prefix: `VALIDITY_STALE` is `stale`.
+// Returns a value of an enumeration in state.proto without its prefix: `VALIDITY_STALE` is `stale`.
 export const codeOf = (value, prefix) => (value || `${prefix}UNSPECIFIED`).slice(prefix.length).toLowerCase();
-// The numbers of a vector in state.proto.
+// Returns the numbers of a vector in state.proto.
 export const xyz = (v) => [v.x, v.y, v.z];
 export const norm = (v) => v && Math.hypot(v[0], v[1], v[2]);
 export const fixed = (value, digits = 2) => (Number.isFinite(value) ? value.toFixed(digits) : '-');
-// Three significant digits, without an exponent where it can be read without.
+// Formats to three significant digits, without an exponent if this is readable.
 export const figure = (value) => {
   if (!Number.isFinite(value)) return '-';
   const size = Math.abs(value);
   if (size === 0) return '0';
   return size >= 1e5 || size < 1e-3 ? value.toExponential(1) : String(Number(value.toPrecision(3)));
 };
-// A value and the half width (> 0) of its interval, both to the second significant digit of the half width.
+// Formats a value and the half width (> 0) of its interval, both to the second significant digit of
+// the half width.
 export const interval = (value, half) => [value, half].map((number) => fixed(number, Math.max(0, 1 - Math.floor(Math.log10(half)))));
 export const ms = (seconds, digits = 1) => (Number.isFinite(seconds) ? `${(seconds * 1e3).toFixed(digits)} ms` : '-');
-// Words for an age [s]; null: nothing received. Ages below zero get words of their own.
+// Formats an age [s]; null: nothing received. Negative ages get a special text.
 export const LATER_S = 0.1;
 export const ageWords = (age, isReplay) => {
   if (age === null) return '';
   if (age < -LATER_S) return isReplay ? 'of a later moment' : 'timestamp in the future: the clocks differ';
   return age > 1 ? `${age.toFixed(1)} s old` : `${Math.round(1e3 * Math.max(0, age))} ms old`;
 };
-// A time as minutes and seconds.
+// Formats a time as minutes and seconds.
 export const minutes = (seconds, digits = 0) => {
   const whole = Number(seconds.toFixed(digits));
   return `${Math.floor(whole / 60)}:${(whole % 60).toFixed(digits).padStart(digits ? 3 + digits : 2, '0')}`;
 };
 export const isTouching = ({ fingers, slave_state: state }) =>
   Boolean(state?.local_model?.in_contact) || fingers.some((finger) => finger.in_contact);
-// What the page is not connected to, from the messages `hello` and `status` and the reason of a lost master.
+// `unconnected` returns what the page is not connected to, from the messages `hello` and `status`
+// and the reason of a lost master.
 const STAND_INS = { 'sim-hand': 'a simulated operator leads', playback: 'a recorded motion leads', pointer: 'mouse, keys, touch or gamepad lead' };
 export function unconnected(hello, status, lost) {
   if (lost) return ['master, so neither slave, tool nor device'];
@@ -48,13 +50,13 @@ export function unconnected(hello, status, lost) {
     ...(hello.simulated ? ['a real object: sensors and manipulator are simulated'] : []),
   ];
 }
-// A length with the unit that suits `size` [m].
+// Returns the unit of length that suits `size` [m].
 export const lengthUnit = (size) => (size < 1e-4 ? { unit: 'µm', factor: 1e6 } : { unit: 'mm', factor: 1e3 });
-// A stress with the unit that suits `size` [Pa].
+// Returns the unit of stress that suits `size` [Pa].
 export const stressUnit = (size) =>
   size >= 1e6 ? { unit: 'MPa', factor: 1e-6 } : size >= 1e3 ? { unit: 'kPa', factor: 1e-3 } : { unit: 'Pa', factor: 1 };
 
-// For each reason of the force chain: the step at which it acts, and its words.
+// For each reason of the force chain: the step at which it acts, and its text.
 export const REASONS = {
   not_following: ['sent', 'not engaged'],
   stale: ['estimated', 'no state for 30 ms'],
@@ -97,7 +99,7 @@ export const VALIDITY = {
   tracking_lost: ['bad', 'tracking lost'], failed: ['bad', 'unknown'],
 };
 
-// Operator state: level, and what it means.
+// For each operator state: level and meaning.
 export const STATES = {
   DISCONNECTED: ['bad', 'no states from the slave'],
   READY: ['idle', 'not engaged: engage to move the tool'],

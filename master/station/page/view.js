@@ -1,17 +1,19 @@
-// The object in space, the tool, and the force as an arrow; drawn by three.js where it was built in.
+// Draws object, tool, and the force as an arrow by three.js, if it was built in.
 import { Body } from './body.js';
 import { Camera } from './camera.js';
 import { viridisBar } from './colours.js';
 import { LATER_S, ageWords, figure, fixed, lengthUnit, norm, stressUnit, write, xyz } from './text.js';
 
-const ARROW_SHARE = 0.15;   // of the object's size, at the force limit
-const MIN_ARROW = 0.005;  // of the limit: less is not drawn
-const TOGETHER_S = 0.5;     // shape and displacement of one moment
-const PLACES_AT = 20, FAILED = 5;  // of a shape's bytes; a validity: the model has no solution
+const ARROW_SHARE = 0.15;   // length at the force limit, relative to the object's size
+const MIN_ARROW = 0.005;  // smallest force that is drawn, relative to the limit
+const TOGETHER_S = 0.5;     // largest time between shape and displacement of one moment
+// Offset of the positions in a shape [bytes]; validity without a solution of the model.
+const PLACES_AT = 20, FAILED = 5;
 
 const colour = (name) => getComputedStyle(document.documentElement).getPropertyValue(name).trim();
 
-// Without a graphics card smooth edges cost more than everything else.
+// Returns whether there is no graphics card: then smooth edges would cost more than everything
+// else.
 function drawsInSoftware() {
   const probe = document.createElement('canvas').getContext('webgl2'), debugInfo = probe?.getExtension('WEBGL_debug_renderer_info');
   const name = debugInfo ? probe.getParameter(debugInfo.UNMASKED_RENDERER_WEBGL) : '';
@@ -80,7 +82,7 @@ export class View {
     this.arrow = this.makeArrow();
     const circle = Array.from({ length: 48 }, (_, i) => new three.Vector3(Math.cos((i * Math.PI) / 24), Math.sin((i * Math.PI) / 24), 0));
     this.tangent = new three.LineLoop(new three.BufferGeometry().setFromPoints(circle), new three.LineBasicMaterial());
-    this.others = [];  // each a ball and an arrow
+    this.others = [];  // other fingertips, each a ball and an arrow
     this.workspace = new three.Box3Helper(new three.Box3());
     this.workspace.visible = false;
     scene.add(this.workspace);
@@ -88,7 +90,7 @@ export class View {
     scene.add(...parts);
     for (const part of parts) part.visible = false;
   }
-  // An arrow of length one, along y.
+  // Makes an arrow of length one along y.
   makeArrow() {
     const { three } = this, arrow = new three.Group(), material = new three.MeshBasicMaterial({ depthTest: false });
     const shaft = new three.Mesh(new three.CylinderGeometry(0.035, 0.035, 0.72, 12).translate(0, 0.36, 0), material);
@@ -135,7 +137,7 @@ export class View {
     this.repaint();
     this.fit();
   }
-  // The workspace of the tool from the slave's capabilities; zeros may be absent.
+  // Shows the workspace of the tool from the slave's capabilities; zeros may be absent.
   takeWorkspace(capabilities) {
     if (capabilities)
       this.limits = [capabilities.workspace_min, capabilities.workspace_max].map((corner) =>
@@ -158,7 +160,7 @@ export class View {
     this.field = field;
     this.dirty = true;
   }
-  // A moment of the last minute, {shape, status, field}, until null: the newest again.
+  // Shows a moment of the last minute, {shape, status, field}; null: the newest one again.
   showPast(past) {
     const wasPast = Boolean(this.past);
     this.past = past;
@@ -186,7 +188,7 @@ export class View {
     this.body?.deform(this.body.rest);
     this.dirty = true;
   }
-  // Without a connection to the master no force is known.
+  // Hides the force, which is unknown without a connection to the master.
   forget() {
     this.status = null;
     for (const arrow of [this.arrow, ...(this.others || []).map(([, own]) => own)]) if (arrow) arrow.visible = false;
@@ -221,7 +223,7 @@ export class View {
     this.putArrow(status, tip, limit);
     this.putOthers(status.fingers.slice(1), limit);
   }
-  // The local model's plane.
+  // Places the tangent plane of the local model.
   putTangent(tip, normal) {
     this.tangent.position.set(...tip);
     this.tangent.scale.setScalar(0.06 * this.size);
@@ -232,7 +234,8 @@ export class View {
     ball.position.set(...place);
     ball.scale.setScalar(share * this.size);
   }
-  // The force of the object on the tool: direction of the local force, length of the force on the device.
+  // Draws the force of the object on the tool: its direction is that of the local force, its length
+  // that of the force on the device.
   putArrow(status, tip, limit) {
     const force = status.chain.local, size = norm(force), hand = norm(status.chain.sent);
     this.arrow.visible = status.state === 'FOLLOWING' && size > 1e-9 && hand > MIN_ARROW * limit;
@@ -244,7 +247,8 @@ export class View {
     const { three } = this;
     while (this.others.length < fingers.length) {
       const pair = [this.tip.clone(), this.makeArrow()];
-      pair[0].material = new three.MeshLambertMaterial({ transparent: true, opacity: 0.6, depthTest: false });  // seen through the object
+      // Visible through the object.
+      pair[0].material = new three.MeshLambertMaterial({ transparent: true, opacity: 0.6, depthTest: false });
       pair[0].material.color.set(colour('--rest'));
       pair[1].material.color.set(colour('--force'));
       this.others.push(pair);
@@ -257,7 +261,7 @@ export class View {
       if (arrow.visible) this.aim(arrow, place, force, size / limit);
     });
   }
-  // Its length; `share`: of the limit.
+  // Sets direction and length of an arrow. `share`: force relative to the limit.
   aim(arrow, place, force, share) {
     const length = this.size * (0.05 + ARROW_SHARE * Math.min(1, share));
     arrow.position.set(...place);
@@ -288,7 +292,7 @@ export class View {
     const left = Math.min(Math.max(x + 10, 4), this.camera.width - 90), top = Math.min(Math.max(y - 14, 4), this.camera.height - 30);
     this.label.style.transform = `translate(${left.toFixed(1)}px, ${top.toFixed(1)}px)`;
   }
-  // The label never shows an old force, however rarely the view is drawn.
+  // The label always shows the newest force, even if the view is drawn rarely.
   showForce() {
     const status = this.past ? this.past.status : this.status, hand = status ? norm(status.chain.sent) : 0, limit = status?.force_limit || 1;
     const shown = Boolean(this.arrow?.visible) && status?.state === 'FOLLOWING' && hand > MIN_ARROW * limit;
@@ -328,7 +332,8 @@ export class View {
       'tool; ring: local model; outer box: workspace',
     );
   }
-  // Direction of a drag on the screen that presses the tool into the object. Empty: unknown, or in contact.
+  // Returns the direction of a drag on the screen that presses the tool into the object. Empty:
+  // unknown, or in contact.
   wayToPress() {
     if (!this.body || !this.camera || !this.status?.slave_state) return '';
     const { min, max } = this.body.box, tip = xyz(this.status.slave_state.p_S_tip);
@@ -341,7 +346,7 @@ export class View {
     if (Math.abs(dx) > Math.abs(dy)) return dx > 0 ? 'to the right' : 'to the left';
     return dy > 0 ? 'down' : 'up';
   }
-  // Displacement or traction.
+  // Switches the colours between displacement and traction.
   toggleColours() {
     if (!this.body) return;
     this.body.colourBy(this.body.quantity === 'moved' ? 'traction' : 'moved');
@@ -377,7 +382,8 @@ export class View {
     this.body.material.wireframe = !this.body.material.wireframe;
     this.dirty = true;
   }
-  // Motion of a drag in S [m]. Without a view of the object a pixel is a quarter of a millimetre.
+  // Returns the motion of a drag in S [m]. Without a view of the object a pixel is a quarter of a
+  // millimetre.
   drag(dx, dy, dz = 0) {
     if (this.camera && this.body) return this.camera.drag(dx, dy, dz);
     return [dx * 2.5e-4, -dy * 2.5e-4, dz * 2.5e-4];

@@ -60,7 +60,7 @@ class NoticeBoard {
   News Next(Topic last, Seen* seen) const;
 
  private:
-  mutable std::mutex mutex_;  // guards what follows
+  mutable std::mutex mutex_;  // guards the members below
   std::array<Bytes, kTopicCount> messages_;
   Seen versions_{};
 };

@@ -34,7 +34,7 @@ std::string MakeToken() {
   return token;
 }
 
-// A page at 0.0.0.0 is reached by names that are not known here.
+// For 0.0.0.0 the names by which the page is reached are unknown, so any certificate is accepted.
 bool IsForHost(X509* certificate, const std::string& host) {
   return host == "0.0.0.0" || host == "::" || X509_check_ip_asc(certificate, host.c_str(), 0) == 1;
 }
@@ -47,7 +47,7 @@ void RequireForPage(ssl::context* tls, const std::filesystem::path& file, const 
                               ": expected one of `deploy/certs operator CA OUT NAME " + host + "`");
 }
 
-// Without its port, which a browser leaves out where it is 80.
+// Ignores the port, which a browser omits if it is 80.
 bool NamesThisMachine(std::string_view host) {
   const std::string with_port(host);
   for (const std::string& address : {with_port, with_port + ":80"}) {

@@ -25,7 +25,7 @@ using asio::ip::tcp;
 using boost::beast::error_code;
 
 constexpr std::chrono::seconds kAskWithin(5), kSetUpWithin(120);
-constexpr std::chrono::milliseconds kGoodbyeWithin(200), kBreath(20);
+constexpr std::chrono::milliseconds kGoodbyeWithin(200), kErrorPause(20);
 constexpr std::uint32_t kMaxHeaderLength = 8192;  // [bytes]
 constexpr std::string_view kSetUp = "/setup/";
 
@@ -72,7 +72,7 @@ Reply AnswerFile(const PageRequest& request) {
   return reply;
 }
 
-// Path of a request, without what follows a question mark.
+// Returns the path of a request without its query.
 std::string_view PathOf(const PageRequest& request) {
   const std::string_view target = View(request.target());
   return target.substr(0, target.find('?'));
@@ -82,7 +82,7 @@ bool IsSetUp(const PageRequest& request) {
   return request.method() == http::verb::post && PathOf(request).starts_with(kSetUp);
 }
 
-// Where an HTTP connection is from the first byte to its only answer.
+// State of an HTTP connection from the first byte to its only answer.
 struct Caller : std::enable_shared_from_this<Caller> {
   Caller(tcp::socket&& socket, asio::ssl::context* tls, std::atomic<std::size_t>* callers)
       : stream(std::move(socket), tls), count(callers) {
@@ -144,7 +144,7 @@ struct PageServer::Parts {
   asio::io_context context{1};
   tcp::acceptor acceptor;
   tcp::endpoint listening;
-  asio::steady_timer breath{context}, goodbye{context};
+  asio::steady_timer error_pause{context}, goodbye{context};
   std::thread thread;
 };
 
@@ -168,8 +168,8 @@ void PageServer::Parts::Accept() {
     if (!acceptor.is_open()) return;
     if (!error && callers + page_count < kMaxConnections) Serve(std::move(socket));
     if (!error) return Accept();
-    breath.expires_after(kBreath);  // for example, no file descriptors left
-    breath.async_wait([this](error_code /*error*/) { Accept(); });
+    error_pause.expires_after(kErrorPause);  // for example, no file descriptors left
+    error_pause.async_wait([this](error_code /*error*/) { Accept(); });
   });
 }
 

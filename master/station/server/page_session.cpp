@@ -14,7 +14,8 @@ namespace websocket = beast::websocket;
 
 constexpr std::chrono::seconds kHandshakeWithin(5), kSilentPageAfter(10);
 constexpr std::size_t kMaxReasonLength = 120;  // a close frame has at most 123 bytes
-constexpr int kSendBuffer = 1 << 17;           // [bytes]; what waits there is old when it arrives
+// [bytes]; small, because buffered data are old when they arrive.
+constexpr int kSendBuffer = 1 << 17;
 
 websocket::stream_base::timeout Timeouts() {
   return {kHandshakeWithin, kSilentPageAfter, true};
@@ -61,7 +62,7 @@ void PageSession::Read() {
 }
 
 void PageSession::Receive(std::string_view message) {
-  if (!open_) return Read();  // until the goodbye is answered
+  if (!open_) return Read();  // reads until the closing frame is answered
   if (IsFlooding()) {
     Close(websocket::close_code::policy_error, "more than 500 messages in a second");
     return Read();

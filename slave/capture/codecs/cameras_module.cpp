@@ -30,7 +30,7 @@ class OpenCvVideoBackend final : public VideoBackend {
   OpenCvVideoBackend() { cv::redirectError(&IgnoreError); }
 
   [[nodiscard]] std::unique_ptr<VideoStream> OpenFile(const std::string& file) const override {
-    return Opened(cv::VideoCapture(file, cv::CAP_FFMPEG));  // other backends load half a desktop
+    return Opened(cv::VideoCapture(file, cv::CAP_FFMPEG));  // other backends load many libraries
   }
   [[nodiscard]] std::unique_ptr<VideoStream> OpenDevice(int device, const cv::Size& size,
                                                         double rate) const override {

@@ -1,5 +1,5 @@
-// PNG and JPEG in memory, libpng and libjpeg being called here and nowhere else; and what the
-// module palpate-cameras adds to them.
+// Decodes and encodes PNG and JPEG in memory. Only this module calls libpng and libjpeg. The module
+// palpate-cameras adds other formats.
 //
 // An image is 8 or 16 bit, grey or blue, green, red, as OpenCV's imgcodecs reads and writes it
 // with IMREAD_UNCHANGED; alpha is left out.
@@ -28,8 +28,8 @@ class CodedImage {
   CodedImage& operator=(const CodedImage&) = delete;
 
   [[nodiscard]] virtual cv::Size size() const = 0;  // [px]
-  // Decodes the pixels; once. Throws std::runtime_error that continues "the image ...": is
-  // truncated, is damaged and where. Then its content is not usable.
+  // Decodes the pixels. May be called once. Throws std::runtime_error whose text continues "the
+  // image ...": is truncated, is damaged and where. The content is then not usable.
   virtual cv::Mat Decode() = 0;
 };
 

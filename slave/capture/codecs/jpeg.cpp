@@ -18,14 +18,14 @@ struct JpegComplaint : jpeg_error_mgr {
   char text[JMSG_LENGTH_MAX] = "";  // empty: none
   bool ends_early = false;
   bool has_one_scan = false;
-  bool has_end = true;  // the marker, without which an image may be whole all the same
+  bool has_end = true;  // whether the end marker was read; an image may be complete without it
 
   JpegComplaint() {
     jpeg_std_error(this);
     error_exit = &Leave;
     emit_message = &Note;
   }
-  // Throws it, if there is one.
+  // Throws the error, if there is one.
   void Throw() const {
     if (ends_early) throw std::runtime_error("is truncated");
     if (text[0] != '\0') throw std::runtime_error("is damaged: " + std::string(text));
@@ -42,9 +42,9 @@ struct JpegComplaint : jpeg_error_mgr {
     Of(codec).Keep(codec);
     std::longjmp(Of(codec).leave, 1);
   }
-  // libjpeg goes on after a warning, with pixels that nobody saw. Bytes between segments, an
-  // unknown colour tag and a missing end marker cost none; some cameras write them. Where pixels
-  // are missing with the marker, another warning follows, unless whole scans are missing.
+  // libjpeg continues after a warning, with invented pixels. Bytes between segments, an unknown
+  // colour tag and a missing end marker are harmless, and some cameras write them. If pixels are
+  // missing as well as the marker, another warning follows, unless whole scans are missing.
   static void Note(j_common_ptr codec, int level) {
     JpegComplaint& complaint = Of(codec);
     const int code = complaint.msg_code;
@@ -55,7 +55,7 @@ struct JpegComplaint : jpeg_error_mgr {
   }
 };
 
-// Runs `step`; what libjpeg complains of is thrown. Nothing with a destructor may live in `step`.
+// Runs `step` and throws errors of libjpeg. `step` must not contain objects with a destructor.
 template <typename Step>
 void Guard(JpegComplaint& complaint, const Step& step) {
   if (setjmp(complaint.leave) == 0) step();

@@ -31,7 +31,7 @@ struct PngComplaint {
   static void Ignore(png_structp, png_const_charp) {}  // no pixel depends on a warning
 };
 
-// Runs `step`; what libpng complains of is thrown. Nothing with a destructor may live in `step`.
+// Runs `step` and throws errors of libpng. `step` must not contain objects with a destructor.
 template <typename Step>
 void Guard(png_structp png, const PngComplaint& complaint, const Step& step) {
   if (setjmp(png_jmpbuf(png)) != 0) complaint.Throw();
@@ -61,7 +61,7 @@ struct PngReader {
   }
   void ReadHeader() {
     png_set_read_fn(png, this, &Take);
-    // Only what pixels need: other chunks may unpack to any size.
+    // Reads only chunks for pixels, because others may unpack to any size.
     png_set_keep_unknown_chunks(png, PNG_HANDLE_CHUNK_NEVER, nullptr, -1);
     png_read_info(png, info);
     const int colour = png_get_color_type(png, info), depth = png_get_bit_depth(png, info);
@@ -125,7 +125,7 @@ struct PngWriter {
 
   void Write(const cv::Mat& image) {
     png_set_write_fn(png, this, &Put, &Flush);
-    png_set_compression_level(png, 1);  // recordings come at image rate
+    png_set_compression_level(png, 1);  // fast, because recordings need it at the image rate
     png_set_IHDR(png, info, static_cast<png_uint_32>(image.cols),
                  static_cast<png_uint_32>(image.rows), image.depth() == CV_16U ? 16 : 8,
                  image.channels() == 1 ? PNG_COLOR_TYPE_GRAY : PNG_COLOR_TYPE_RGB,

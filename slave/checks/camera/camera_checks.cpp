@@ -32,7 +32,7 @@ Verdict Failed(FailedCheck check, std::string_view reason) {
   return {Validity::kExtrapolated, check, reason};
 }
 
-// The object's edge is found, and has moved no farther than is compensated.
+// Checks that the object's edge was found and has moved no farther than is compensated.
 Verdict ExamineMotion(const CameraSample& sample) {
   Verdict verdict{Validity::kValid};
   if (!sample.compares_edge()) return verdict;
@@ -57,8 +57,8 @@ bool IsTipRough(const CameraSample& sample) {
          std::max(Limits::kRoughTip, Limits::kRough * sample.indentation_O.norm());
 }
 
-// Sharpness and brightness are those of the first image, and the tip is known well enough for its
-// indentation.
+// Checks sharpness and brightness against the first image, and the uncertainty of the tip against
+// the indentation.
 Verdict ExamineQuality(const CameraSample& sample) {
   if (!sample.compares_edge() || !sample.object->known) return {Validity::kValid};
   const ObjectSighting& object = *sample.object;
@@ -81,7 +81,7 @@ class RepeatedImageCheck final : public Check<CameraSample> {
   RepeatDetector detector_;
 };
 
-// The encoders agree with the tip, which was not lost a moment ago.
+// Checks that the encoders agree with the tip, and that it was not lost shortly before.
 class AgreementCheck final : public Check<CameraSample> {
  public:
   void Examine(const CameraSample& sample, Findings* findings) noexcept override {
@@ -97,8 +97,8 @@ class AgreementCheck final : public Check<CameraSample> {
   }
 
  private:
-  // An image that fails counts in the three after it as well. [images] [tuned: a hand comes and
-  // stays]
+  // An image that fails counts in the three after it as well. [images] [tuned: the case "a hand
+  // comes and stays"]
   static constexpr int kWindow = 4;
 
   // An outline that is found after a loss may belong to another object.
@@ -118,8 +118,9 @@ class AgreementCheck final : public Check<CameraSample> {
   int distrust_ = 0;  // images until tip and object are trusted after a loss
 };
 
-// Observed and computed indentation agree. With the gate of one image and a few images of distrust:
-// a window of Consistency detects less of what pulls the tip aside while a contact begins.
+// Compares observed and computed indentation. It uses the gate of one image and flags a few images
+// after a failure: a window of Consistency would detect fewer tip errors at the beginning of a
+// contact.
 class IndentationCheck final : public Check<CameraSample> {
  public:
   void Examine(const CameraSample& sample, Findings* findings) noexcept override {
@@ -200,7 +201,7 @@ Verdict ExamineTool(const Scene& scene, const FirstImage& first) {
   const bool aside = std::abs(end->aside) > Limits::kToolElsewhere;
   const bool wide = std::abs(end->width / first.tool.width - 1) > Limits::kToolWidth;
   if (beyond || (aside && !wide)) return elsewhere;
-  if (aside == wide) return {Validity::kValid};  // both: something covers a side of the tool
+  if (aside == wide) return {Validity::kValid};  // both fail: something covers a side of the tool
   return Failed(FailedCheck::kScale, "the tool is not as wide as the scene's in the first image");
 }
 

@@ -23,7 +23,8 @@ struct CameraLimits {
   static constexpr double kOverexposed = 1.15;
   // Noise of a real camera [1/255 of full scale].
   static constexpr double kMinNoise = 0.5;
-  // Sigma from which on the tip is only roughly known [px], and the same by the indentation [-].
+  // Smallest sigma of a tip that is only roughly known: in pixels, and relative to the indentation
+  // [-].
   static constexpr double kRoughTip = 0.4, kRough = 0.12;
   // Motion of the image [px]. [tuned: camera bumped while pressed]
   static constexpr double kMaxShift = 40;

@@ -31,8 +31,8 @@ struct CameraSample {
   Eigen::Vector2d normal_O{0, 0};       // outward unit normal there [-]
   double indentation_sigma = 0;         // error of the model's indentation, relative [-]
   double tip_sigma = 0;                 // including the compensated image motion [px]
-  // Sigma of the tool's end in its template, of the surface, and of a face that leans: the same for
-  // all images of a contact [px].
+  // Sigma of errors that are equal in all images of a contact: position of the tool's end in its
+  // template, position of the surface, and a tilted end face [px].
   double place_sigma = 0;
 
   // The object's edge can be compared with the model.

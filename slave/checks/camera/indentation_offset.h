@@ -1,5 +1,4 @@
-// Distinguishes depth that begins elsewhere than the indentation from an indentation that is
-// steeper.
+// Distinguishes an offset of the depth from an indentation that is larger than computed.
 #pragma once
 
 #include <algorithm>
@@ -17,16 +16,16 @@ namespace palpate {
 //
 //   shown_k = (1 + f) depth_k - offset + e_k,   where that is above zero
 //
-// f is the model's error, one for the contact, of known sigma. `offset` is the depth of a tip that
-// only touches: the tool's end, or the surface, is not where the scene has it. Both are fitted by
-// least squares. The errors e of one image and the next are alike, those of other depths are not:
-// images of one pixel of depth count as one. An image without an indentation does not count: the
-// tool touches nothing there. One thread; allocation-free.
+// f is the model's error, one for the contact, of known sigma. `offset` is the apparent depth at
+// the first touch: it is not zero if the tool's end or the surface is not where the scene states.
+// Both are fitted by least squares. The errors e at nearly equal depths are correlated, so all
+// images within one pixel of depth count as one. Images without an indentation are not used. One
+// thread; allocation-free.
 class IndentationOffset {
  public:
   struct Image {
     double depth = 0;  // computed, > 0 [px]
-    double shown = 0;  // by the edge [px]
+    double shown = 0;  // from the detected edge [px]
     double sigma = 0;  // of their difference, > 0 [px]
   };
   // `model`: sigma of f [-]. `edge`: sigma that all images of one depth share [px].
@@ -71,7 +70,7 @@ class IndentationOffset {
 
   // Indentation from which on an image shows one [sigma]. [by definition]
   static constexpr double kShows = 2;
-  // More than any contact is deep: an indentation of an image's height would leave the image.
+  // Larger than the depth of any contact, because such an indentation would leave the image.
   static constexpr std::size_t kDeepest = 256;  // [px]
   std::array<Bin, kDeepest> bins_{};
   double value_ = 0, sigma_ = HUGE_VAL;

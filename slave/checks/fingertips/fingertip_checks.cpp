@@ -6,7 +6,8 @@
 namespace palpate {
 namespace {
 
-// Electrodes work and match each other, now and in the network's window. Samples do not repeat.
+// Checks that electrodes work and match each other, now and in the network's window, and that
+// samples do not repeat.
 class ElectrodesCheck final : public Check<FingertipSample> {
  public:
   void Examine(const FingertipSample& sample, Findings* findings) noexcept override {
@@ -63,20 +64,22 @@ class ResponseCheck final : public Check<FingertipSample> {
   }
 
  private:
-  // Pressure minus expectation, over its standard deviation in the model, which holds for contacts
-  // of all kinds: what a single contact is off by persists [-]. [tuned: pressure stuck]
+  // Sigma of the pressure minus its prediction, in standard deviations of the model. The model
+  // covers all kinds of contacts, so the deviation of a single contact persists [-]. [tuned:
+  // pressure stuck]
   static constexpr double kPressureSigma = 1.3;
-  // Noise of the electrodes by that at the start; real fingers in a minute: 0.95 to 1.1 [-].
+  // Smallest noise of the electrodes relative to that at the start; real fingers within a minute:
+  // 0.95 to 1.1 [-].
   static constexpr double kFallen = 0.85;
   // Smallest ratio to the value of the training; five real fingers have 0.83 to 1.17 [-]. [tuned:
   // gain of all wrong]
   static constexpr double kQuietest = 0.8;
-  // Force without an active electrode, by the error of the network [sigma].
+  // Largest force without an active electrode, relative to the error of the network [sigma].
   static constexpr double kUnseenTouch = 3;
 };
 
-// Checks that nothing touches the fingertip while its baseline is measured. Otherwise the baseline
-// is wrong until it is measured again.
+// Checks that there is no contact while the baseline is measured. Otherwise the baseline is wrong
+// until it is measured again.
 class RestContactCheck final : public Check<FingertipSample> {
  public:
   void Examine(const FingertipSample& sample, Findings* findings) noexcept override {
@@ -109,8 +112,8 @@ class RestContactCheck final : public Check<FingertipSample> {
   }
 
  private:
-  // A sensor without a pressure shows a baseline that was taken in contact by its force alone: once
-  // it is free again it pulls, beyond the network's error, and for long. Then all forces are off
+  // For a sensor without pressure, a baseline that was measured in contact shows only by the force:
+  // after the contact it pulls for long, beyond the network's error. Then all forces are wrong
   // until the next baseline.
   bool IsPulling(const Fingertip& tip) noexcept {
     const FingerTouch& touch = tip.touch();
@@ -125,7 +128,7 @@ class RestContactCheck final : public Check<FingertipSample> {
   }
 
   static constexpr double kPull = 5;        // [sigma]
-  static constexpr double kPullTime = 0.5;  // longer than a contact sticks as it opens [s]
+  static constexpr double kPullTime = 0.5;  // longer than a contact adheres while it opens [s]
   double pulling_ = 0;                      // samples
   // Pressure above its baseline; five real fingers: -2 after a contact [counts].
   static constexpr double kBelowBaseline = -8;
@@ -135,7 +138,8 @@ class RestContactCheck final : public Check<FingertipSample> {
   bool was_baseline_ = false, was_inside_ = false;
 };
 
-// The contact is where the pose has the object, and within the range of its model.
+// Checks that the contact is on the object according to the pose, and within the range of the
+// model.
 class PoseCheck final : public Check<FingertipSample> {
  public:
   void Examine(const FingertipSample& sample, Findings* findings) noexcept override {
@@ -145,7 +149,7 @@ class PoseCheck final : public Check<FingertipSample> {
   }
 };
 
-// The force is that of the object at this depth, as far as its model is known.
+// Compares the force with that of the object's model at this depth.
 class ModelForceCheck final : public Check<FingertipSample> {
  public:
   void Examine(const FingertipSample& sample, Findings* /*findings*/) noexcept override {
@@ -161,8 +165,8 @@ class ModelForceCheck final : public Check<FingertipSample> {
   static constexpr double kModelSigma = 0.25;
 };
 
-// The fingertip is where the manipulator's encoders report it: else its samples are of another
-// time.
+// Compares the fingertip's position with the encoders; a difference means that the samples are of
+// another time.
 class FingerEncoderCheck final : public Check<FingertipSample> {
  public:
   void Examine(const FingertipSample& sample, Findings* /*findings*/) noexcept override {
@@ -173,8 +177,8 @@ class FingerEncoderCheck final : public Check<FingertipSample> {
   }
 
  private:
-  // Difference of fingertip and encoder pose, beyond what their lag explains [m]: a single sample
-  // half a millimetre away fails. [tuned: late]
+  // Sigma of the difference between fingertip and encoder pose beyond their lag [m]: a single
+  // sample with a difference of half a millimetre fails. [tuned: late]
   static constexpr double kSigma = 7.5e-5;
 };
 

@@ -1,4 +1,4 @@
-// The checks of one fingertip, and what they get of each sample.
+// The checks of one fingertip, and their input per sample.
 #pragma once
 
 #include <optional>
@@ -14,13 +14,13 @@ namespace palpate {
 // object by the pose, and the encoders.
 struct FingertipSample {
   const Fingertip& tip;
-  Consistency* consistency;          // takes the residuals of this sample
+  Consistency* consistency;          // collects the residuals of this sample
   std::optional<double> depth = {};  // below the surface at rest [m]; nullopt: unknown
   std::string_view misplaced = {};   // why the pose does not fit the object; empty: it does
-  bool is_beyond_model = false;      // the force is more than the model can take
+  bool is_beyond_model = false;      // the force exceeds the range of the model
   // Normal force of the tool's fingertip in a deep contact, over that of the local model [-].
   std::optional<double> force_ratio = {};
-  double force_ratio_sigma = 0;              // by the sigma of the force
+  double force_ratio_sigma = 0;              // contribution of the force's sigma
   std::optional<double> encoder_error = {};  // distance from the encoder pose [m]; nullopt: unknown
 };
 

@@ -48,8 +48,8 @@ class DomeRestShapeCheck final : public Check<FitSample> {
     }
     return count > 0 ? std::sqrt(square / count) : 0;
   }
-  // Weights displacements by their fourth power: an indentation counts more than the bulge that the
-  // displaced air causes elsewhere.
+  // Weights displacements by their fourth power, so that an indentation counts more than the bulge
+  // that the displaced air causes around it.
   [[nodiscard]] bool MovesOutward(const FitSample& sample) const noexcept {
     double outward = 0, inward = 0;
     for (const SurfacePoint& point : sample.points_O) {

@@ -6,8 +6,8 @@
 namespace palpate {
 namespace {
 
-// Difference of the two depths without an error: by the larger side, by the depth [-]. [tuned:
-// depth late]
+// Accepted difference of the two depths: relative to the larger side, and relative to the depth
+// [-]. [tuned: depth late]
 constexpr double kParts = 0.0012, kShare = 0.02;
 // Distance of a load from the tip [sigma]. [tuned: surface_flags_test, an indentation not under
 // the tip]

@@ -14,8 +14,8 @@ class EncoderDepthCheck final : public Check<LoadSample> {
   // surface_flags_test, an indentation that is not under the tip]
   static constexpr double kNear = 0.1;
 
-  // Ignores a load elsewhere than under the tip, because another body causes it. A pressing tip
-  // must have a load.
+  // Ignores a load that is not under the tip, because another body causes it. A pressing tip must
+  // have a load.
   void Examine(const LoadSample& sample, Findings* findings) noexcept override;
   void Reset() noexcept override { distrust_ = 0; }
 

@@ -42,7 +42,7 @@ struct PlateFit {
 struct FitSample {
   const std::vector<SurfacePoint>& points_O;
   const SurfaceLoad& load;        // without the results of these checks
-  int points = 0, left_out = 0;   // that take part; of them, outliers
+  int points = 0, left_out = 0;   // number of points in the fit, and number of outliers among them
   int freedom = 0;                // degrees of freedom of the residuals
   double sigma = 0;               // of a point's residual [m]
   double deepest = 0;             // largest deflection [m]

@@ -15,7 +15,7 @@
 namespace palpate {
 namespace {
 
-// The load is within the range of its model.
+// Checks that the load is within the range of its model.
 class ModelRangeCheck final : public Check<FitSample> {
  public:
   void Examine(const FitSample& sample, Findings* findings) noexcept override {
@@ -24,7 +24,7 @@ class ModelRangeCheck final : public Check<FitSample> {
   }
 };
 
-// Cameras and rim have moved no farther than is compensated.
+// Checks that cameras and rim have moved no farther than is compensated.
 class RigMotionCheck final : public Check<FitSample> {
  public:
   void Examine(const FitSample& sample, Findings* findings) noexcept override {
@@ -34,7 +34,7 @@ class RigMotionCheck final : public Check<FitSample> {
   }
 };
 
-// The points are as far apart along the plate as at rest.
+// Checks that distances of the points along the plate are those at rest.
 class GrowthCheck final : public Check<FitSample> {
  public:
   void Examine(const FitSample& sample, Findings* findings) noexcept override {
@@ -44,7 +44,8 @@ class GrowthCheck final : public Check<FitSample> {
   }
 };
 
-// A tool can only press: a load that pulls comes from exchanged cameras or a wrong pose.
+// Checks that the load presses, because a tool cannot pull: a pulling load indicates exchanged
+// cameras or a wrong pose.
 class PullCheck final : public Check<LoadSample> {
  public:
   void Examine(const LoadSample& sample, Findings* findings) noexcept override {
@@ -55,7 +56,7 @@ class PullCheck final : public Check<LoadSample> {
   }
 };
 
-// An error of all distances is an error of the force.
+// Checks the distances: a common error of all distances is an error of the force.
 class ScaleCheck final : public Check<LoadSample> {
  public:
   void Examine(const LoadSample& sample, Findings* findings) noexcept override {
@@ -68,7 +69,7 @@ class ScaleCheck final : public Check<LoadSample> {
 class ResidualCheck final : public Check<FitSample> {
  public:
   // `noise`: residual that is accepted while that without contact is unknown [sigma].
-  // `model_error`: by the largest deflection [-].
+  // `model_error`: relative to the largest deflection [-].
   ResidualCheck(double noise, double model_error) : noise_(noise), model_error_(model_error) {}
 
   void Examine(const FitSample& sample, Findings* findings) noexcept override {
@@ -77,7 +78,7 @@ class ResidualCheck final : public Check<FitSample> {
                      "more than a quarter of the points contradict the others");
     }
     const double rest = sample.rest_residual;
-    // Without a load the residual is what that at rest is learnt from.
+    // Without a load the residual updates that at rest.
     const bool is_known = rest > 0 && sample.freedom > 0 && sample.load.force != 0;
     const double noise =
         is_known ? rest * rest * ChiSquareGate(sample.freedom) / sample.freedom : noise_ * noise_;
@@ -91,11 +92,11 @@ class ResidualCheck final : public Check<FitSample> {
   double noise_, model_error_;
 };
 
-// An error of the timestamps is an error of the force, by what the force changes meanwhile.
+// Checks the force error by errors of the timestamps: the change of the force in that time.
 class TimingCheck final : public Check<LoadSample> {
  public:
-  // The larger of two changes, since where the tool turns back there seems to be none. What is no
-  // more than noise is no change.
+  // Uses the larger of two changes, because at a reversal of the tool one is near zero. Changes
+  // within the noise are ignored.
   void Examine(const LoadSample& sample, Findings* findings) noexcept override {
     if (!IsForceKnown(sample.load.validity)) return;
     const double force = sample.load.force;
@@ -114,7 +115,7 @@ class TimingCheck final : public Check<LoadSample> {
   // Change of the force from pair to pair that is noise [sigma]. [tuned: skew_test]
   static constexpr double kNoChange = 2;
   std::optional<double> last_force_;  // outward [N]
-  double last_change_ = 0;            // from the one before it [N]
+  double last_change_ = 0;            // change between the two previous pairs [N]
 };
 
 }  // namespace

@@ -43,8 +43,8 @@ class TensionCheck final : public Check<FitSample> {
   // Prior sigma of the tension by its size [-]. [recorded: 300 N/m in the scene of a loose
   // membrane, 6 of 17 forces up to 2.4 times too large]
   static constexpr double kPrior = 0.5;
-  // Error of the force by a wrong tension that counts [-]. [tuned: prestress stated - there is
-  // none]
+  // Smallest relevant error of the force by a wrong tension [-]. [tuned: prestress stated - there
+  // is none]
   static constexpr double kShare = 0.02;
 
   // Weighted mean of the images' estimates. Their noise averages out; the error of the model, and
@@ -78,7 +78,7 @@ class TensionCheck final : public Check<FitSample> {
   double prestress_;  // [N/m]
   // Sums for the tension beyond the scene's, over earlier images.
   double information_ = 0, score_ = 0, systematic_ = 0;
-  double certain_ = 0;  // least difference from the scene's tension [N/m]
+  double certain_ = 0;  // smallest difference from the scene's tension within the uncertainty [N/m]
 };
 
 }  // namespace palpate

@@ -13,22 +13,22 @@
 namespace palpate {
 namespace {
 
-// Points of a motion [-]. [derived: two for each unknown]
+// Smallest number of points that determine a motion [-]. [derived: two for each unknown]
 constexpr int kMinPoints = 8;
-// Share of the last estimate of the lag that the next pair keeps [-]. [tuned: epipolar_test, images
-// of different instants]
+// Weight of earlier pairs after each pair in the estimate of the lag [-]. [tuned: epipolar_test,
+// images of different instants]
 constexpr double kRemembered = 0.97;
-// Share that is kept after a pair without information, because clocks drift slowly [-]. [tuned:
-// epipolar_test, what is at rest after a motion]
+// The same after a pair without information: clocks drift slowly [-]. [tuned: epipolar_test, what
+// is at rest after a motion]
 constexpr double kMemory = 0.999;
-// Scatter at rest, relative to the noise of the images, that this noise alone explains [-]. [tuned:
-// epipolar_test, a scatter of 0.1 to 1.5 of the noise]
+// Range of the scatter at rest, relative to the reported noise of the images, that this noise
+// explains [-]. [tuned: epipolar_test, a scatter of 0.1 to 1.5 of the noise]
 constexpr double kNoLess = 0.2, kNoMore = 1.1;
-// Squared change of a position between two images, by the squared miss, that noise alone makes [-].
-// [derived: the mean of two images in each of two pairs, against their difference]
+// Squared change of a position between two images relative to the squared miss, if both are noise
+// [-]. [derived: the mean of two images in each of two pairs, against their difference]
 constexpr double kNoiseMoves = 0.5;
-// Motion relative to that of noise from which on the points show the instants [-]. [tuned:
-// skew_test]
+// Smallest motion, relative to the apparent motion by noise, that gives information about the times
+// of the images [-]. [tuned: skew_test]
 constexpr double kMinMotion = 3;
 
 constexpr std::string_view kMoved =
@@ -40,7 +40,8 @@ constexpr std::string_view kWrongStamps =
 constexpr std::string_view kLate =
     "the left and the right image were taken at different times, or one camera is frozen";
 
-// Points in one image: what they moved and miss, by sigma.
+// Sums over points in one image: squared motion, motion times miss, squared miss, all divided by
+// sigma, and the number of points.
 struct Share {
   double motion = 0, product = 0, misses = 0, count = 0;
   void Add(const Share& other, double sign) noexcept {
@@ -57,8 +58,8 @@ double Square(double x) {
 
 }  // namespace
 
-// Motion that noise explains has no weight. The information of a pair is forgotten as other pairs
-// add information, and slowly while nothing moves, because clocks drift.
+// Motion that noise explains has no weight. Old information decays with each new pair, and slowly
+// while nothing moves, because clocks drift.
 void EpipolarCheck::Stamps::Learn(double motion, double product) noexcept {
   const double left = motion > 0 ? kRemembered : kMemory;
   for (double* sum : {&weight, &late, &square, &pairs}) *sum *= left;
@@ -76,9 +77,9 @@ bool EpipolarCheck::Stamps::AreWrong() const noexcept {
          std::abs(late) > PointsLimits::kMaxLag * weight;
 }
 
-// Before anything has moved, as much as is not flagged; then what is seen, and how far pairs differ
-// among themselves by more than noise (R. DerSimonian, N. Laird, Controlled Clinical Trials 7,
-// 1986).
+// Before any motion it is the largest lag that is not flagged. Afterwards it combines the estimated
+// lag, its uncertainty, and the variation between pairs beyond noise (R. DerSimonian, N. Laird,
+// Controlled Clinical Trials 7, 1986).
 double EpipolarCheck::Stamps::Sigma() const noexcept {
   const double unknown = PointsLimits::kMaxLag * PointsLimits::kMaxLag;
   if (!(weight > 0)) return PointsLimits::kMaxLag;
@@ -103,7 +104,8 @@ void EpipolarCheck::Examine(const PointsSample& sample, Findings* findings) noex
   }
   newest_ = (newest_ + 1) % (kLags + 1);
   const double since = SecondsBetween(std::exchange(newest_at_, seen->sensed_at), seen->sensed_at);
-  reported_late_ = since > 0 ? -seen->skew / since : 0;  // what is taken later shows what is newer
+  // Sign: a later image shows a newer position.
+  reported_late_ = since > 0 ? -seen->skew / since : 0;
   bool any = false;
   for (const SurfacePoint& point : seen->points) any |= point.seen;
   const bool is_baseline = any && taken_ < rest_images_;
@@ -125,18 +127,18 @@ void EpipolarCheck::Examine(const PointsSample& sample, Findings* findings) noex
   if (taken_ < rest_images_) return;
   CheckRest(*seen, findings);
   if (ExplainByMotion()) CheckPair(seen, findings);
-  // The middle of the two is off by half of what one of them is.
+  // The mean time of the two images has half of the error of one of them.
   seen->moment_sigma = stamps_.Sigma() / 2;
 }
 
-// Sums of the misses at rest are by what the image says of their noise.
+// Misses at rest are accumulated relative to the noise that the image tracking reports.
 void EpipolarCheck::Read(const SurfacePoint& point, bool is_baseline, Row* row) noexcept {
   const auto now = static_cast<std::size_t>(newest_);
   row->seen[now] = row->counts = row->kept = false;
   if (!point.seen || !(point.sigma_px > 0)) return;
   const double reported = std::numbers::sqrt2 * point.sigma_px;
   const Eigen::Vector2d across = AcrossEpipolar(rig_, point.left_I);
-  // Half the miss off: the place between the rays, whose noise is not the miss's.
+  // The position halfway between the two rays. Its noise is independent of that of the miss.
   row->places[now] = across.dot(point.left_I) - point.miss_px / 2;
   row->seen[now] = true;
   if (is_baseline) {
@@ -155,7 +157,7 @@ void EpipolarCheck::Read(const SurfacePoint& point, bool is_baseline, Row* row) 
   row->counts = row->kept = true;
 }
 
-// Twice: what deviates from the first explanation is left out of the second one.
+// Fits twice. Points that deviate from the first fit are left out of the second one.
 bool EpipolarCheck::ExplainByMotion() noexcept {
   for (int round = 0; round < 2; ++round) {
     normal_.setIdentity();
@@ -170,12 +172,12 @@ bool EpipolarCheck::ExplainByMotion() noexcept {
     }
     if (count_ < kMinPoints) return false;
     motion_ = normal_.ldlt().solve(slope);
-    if (round == 0) Sift();
+    if (round == 0) DropOutliers();
   }
   return true;
 }
 
-void EpipolarCheck::Sift() noexcept {
+void EpipolarCheck::DropOutliers() noexcept {
   sorted_.clear();
   for (const Row& row : rows_) {
     if (row.counts) sorted_.push_back(std::abs(Residual(row)));
@@ -186,18 +188,19 @@ void EpipolarCheck::Sift() noexcept {
   }
 }
 
-// How far the point was across its line `lag` images ago; beyond kLags: at rest. NaN: unseen.
-double EpipolarCheck::Place(const Row& row, int lag) const noexcept {
+// Returns the position of a point across its epipolar line `lag` images ago; beyond kLags at rest.
+// NaN: not seen.
+double EpipolarCheck::PositionAcross(const Row& row, int lag) const noexcept {
   if (lag > kLags) return row.rest_place;
   const auto then = static_cast<std::size_t>((newest_ + kLags + 1 - lag) % (kLags + 1));
   return row.seen[then] ? row.places[then] : std::nan("");
 }
 
-// Fits by least squares over all points, because a point that one camera mislocates differs from
-// the others, and over consecutive pairs, because a lag is constant.
+// Fits over all points, because a single wrong point differs from the others, and over consecutive
+// pairs, because a lag is constant.
 bool EpipolarCheck::IsOfAnotherInstant(int lag) noexcept {
   const auto moved = [&](const Row& row) {
-    const double by_sigma = (Place(row, 0) - Place(row, lag)) / row.sigma;
+    const double by_sigma = (PositionAcross(row, 0) - PositionAcross(row, lag)) / row.sigma;
     return row.counts && std::isfinite(by_sigma) ? by_sigma : 0.0;
   };
   // Leaves out the motion that a moved camera would explain.
@@ -206,7 +209,7 @@ bool EpipolarCheck::IsOfAnotherInstant(int lag) noexcept {
     if (row.kept) share += row.motions * moved(row);
   }
   share = normal_.ldlt().solve(share);
-  // Leaves out the point with the largest share: a point that one camera saw at a wrong place has a
+  // Leaves out the point with the largest product: a point that one camera located wrongly has a
   // motion and a miss at the same time.
   Share most, sum;
   for (const Row& row : rows_) {
@@ -233,8 +236,7 @@ bool EpipolarCheck::IsOfAnotherInstant(int lag) noexcept {
          std::abs(evidence.product) > PointsLimits::kMaxLag * evidence.motion;
 }
 
-// Tests the part of the misses at rest that varies evenly across the image, as those of a wrong rig
-// do.
+// Tests the part of the misses at rest that varies smoothly across the image, as with a wrong rig.
 void EpipolarCheck::CheckRest(const SurfaceObservation& seen, Findings* findings) const noexcept {
   Matrix4 normal = 1e-6 * Matrix4::Identity();
   Eigen::Vector4d slope(0, 0, 0, 0);
@@ -269,8 +271,8 @@ void EpipolarCheck::CheckPair(SurfaceObservation* seen, Findings* findings) noex
     variance += row.sigma * row.sigma;
     reported += seen->points[i].sigma_px * seen->points[i].sigma_px;
   }
-  // Rms over the points: what a camera motion explains, and the scatter of a position, per axis
-  // [px].
+  // Rms over the points: the part explained by a camera motion, and the scatter of a position per
+  // axis [px].
   const double offset = std::sqrt(square / count_);
   const double noise = scatter_ * std::sqrt(variance / count_ / 2);
   const double known = noise * std::sqrt(2.0 * kMotions / count_);
@@ -282,8 +284,8 @@ void EpipolarCheck::CheckPair(SurfaceObservation* seen, Findings* findings) noex
     if (IsOfAnotherInstant(lag)) findings->Fail(FailedCheck::kInstants, kLate);
   }
   if (stamps_.AreWrong()) findings->Fail(FailedCheck::kInstants, kWrongStamps);
-  // The scatter of the misses is that of the places, which the images' noise alone understates
-  // where they are compressed or out of focus.
+  // The scatter of the misses is also that of the positions. The reported noise understates it if
+  // images are compressed or out of focus.
   const double known_px = std::max(sigma_px_, std::sqrt(reported / count_));
   if (noise <= known_px) return;
   const double wider = noise / known_px;

@@ -1,6 +1,7 @@
-// Checks whether a stereo pair sees the same points at the same time. If a point's two rays miss
-// each other by more than its noise, one camera has moved, the rig is wrong, or the images are of
-// different times. The check needs only the images and is independent of the load on the object.
+// Checks whether a stereo pair sees the same points at the same time. If the two rays of a point
+// miss each other by more than the noise, one camera has moved, the rig is wrong, or the images
+// were taken at different times. The check needs only the images and is independent of the load on
+// the object.
 #pragma once
 
 #include <array>
@@ -20,16 +21,17 @@ namespace palpate {
 //
 //   miss = c0 + c1 x + c2 y + c3 x y + tau (v(t) - v(t - k)) + noise,   x, y: place in the image
 //
-// the first four being a camera that has moved, the last one a right image that is late (tau > 0)
-// or early: v is where the points are across their epipolar lines, k one to six images, or since
-// rest, which is a camera that is at rest.
+// The first four terms model a camera that has moved. The last one models a right image that is
+// late (tau > 0) or early: v is the position of a point across its epipolar line, and k is one to
+// six images, or the time since the baseline (a frozen camera).
 //
-// Not seen by it: a camera that moved or an image that is late along the epipolar lines only. One
-// thread; allocation-free after the first pair with as many points.
+// Motions and delays along the epipolar lines are not detected. Used by one thread; allocation-free
+// after the first pair with as many points.
 class EpipolarCheck final : public Check<PointsSample> {
  public:
-  // `rest_images`: number whose mean defines the rest of a point, >= 1. `sigma_px`: least sigma
-  // of the points' covariances. `max_at_rest`: of a correct rig, in addition to its own rms [px].
+  // `rest_images`: number of images whose mean is the baseline of a point, >= 1. `sigma_px`:
+  // smallest sigma of the points' covariances. `max_at_rest`: of a correct rig, in addition to its
+  // own rms [px].
   EpipolarCheck(const StereoRig& rig, int rest_images, double sigma_px,
                 double max_at_rest = PointsLimits::kMaxAtRest)
       : rig_(rig), rest_images_(rest_images), sigma_px_(sigma_px), max_at_rest_(max_at_rest) {}
@@ -47,11 +49,11 @@ class EpipolarCheck final : public Check<PointsSample> {
     int rest_count = 0;
     std::array<double, kLags + 1> places{};  // across the epipolar line, a ring buffer [px]
     std::array<bool, kLags + 1> seen{};
-    Eigen::Vector4d motions{0, 0, 0, 0};  // by sigma
+    Eigen::Vector4d motions{0, 0, 0, 0};  // divided by sigma
     double miss = 0, sigma = 1;           // less that at rest; expected [px]
     bool counts = false, kept = false;
   };
-  struct Evidence {  // of one lag: its normal equation, by sigma
+  struct Evidence {  // of one lag: its normal equation, divided by sigma
     double motion = 0, product = 0;
   };
   // Delay of the right image beyond its timestamp, as weighted mean per pair [pair periods].
@@ -65,9 +67,9 @@ class EpipolarCheck final : public Check<PointsSample> {
   using Matrix4 = Eigen::Matrix<double, kMotions, kMotions>;
 
   void Read(const SurfacePoint& point, bool is_baseline, Row* row) noexcept;
-  [[nodiscard]] double Place(const Row& row, int lag) const noexcept;
+  [[nodiscard]] double PositionAcross(const Row& row, int lag) const noexcept;
   bool ExplainByMotion() noexcept;
-  void Sift() noexcept;
+  void DropOutliers() noexcept;
   [[nodiscard]] double Residual(const Row& row) const noexcept {
     return row.miss / row.sigma - row.motions.dot(motion_);
   }
@@ -92,7 +94,7 @@ class EpipolarCheck final : public Check<PointsSample> {
   double scatter_ = 1;                  // of the residuals by sigma
   // Scatter of a point's ray distance at rest for its image noise; infinite: unknown.
   double scatter_at_rest_ = std::numeric_limits<double>::infinity();
-  double noise_at_rest_ = 1;  // least scatter to use
+  double noise_at_rest_ = 1;  // smallest scatter to use, relative to the reported noise
 };
 
 }  // namespace palpate

@@ -1,5 +1,5 @@
-// A flat membrane rests at the scene's distance from the camera: depths that are wrong by a share,
-// of a wrong unit, baseline or focal length, put it that much nearer or farther.
+// A flat membrane at rest must be at the scene's distance from the camera. Depths with a wrong
+// scale (unit, baseline or focal length) show it nearer or farther.
 #pragma once
 
 #include <algorithm>
@@ -27,7 +27,7 @@ class MembraneDistanceCheck final : public Check<PointsSample> {
     }
   }
 
-  // Distance of what was seen at rest, by the first of them: all are flagged, or none.
+  // Compares the distance of the first surface that was measured at rest. Flags all points or none.
   void Examine(const PointsSample& sample, Findings* findings) noexcept override {
     if (!X_EO_ || !sample.seen.found) return;
     if (!farther_) {

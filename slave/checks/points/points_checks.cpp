@@ -8,7 +8,7 @@
 namespace palpate {
 namespace {
 
-// Images of a pair or depth camera do not repeat.
+// Checks that images of a pair or depth camera do not repeat.
 class FrozenSourceCheck final : public Check<PointsSample> {
  public:
   void Examine(const PointsSample& sample, Findings* findings) noexcept override {
@@ -20,7 +20,7 @@ class FrozenSourceCheck final : public Check<PointsSample> {
   RepeatDetector detector_{{.learning = PointsLimits::kLearning}};
 };
 
-// Spacing and position of the dots at rest are those of the layout.
+// Checks that spacing and position of the dots at rest are those of the layout.
 class DotsAtRestCheck final : public Check<PointsSample> {
  public:
   void Examine(const PointsSample& sample, Findings* findings) noexcept override {

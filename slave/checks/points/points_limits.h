@@ -5,8 +5,8 @@
 namespace palpate {
 
 struct PointsLimits {
-  // First pairs, which show what rays and images are like at rest [-]. [derived: the ten pairs of
-  // the rest frame of dots]
+  // Number of first pairs that determine the baseline of rays and images [-]. [derived: the ten
+  // pairs of the rest frame of dots]
   static constexpr int kLearning = 10;
 
   // Distance of left and right rays.
@@ -25,10 +25,11 @@ struct PointsLimits {
   // Error of distances [-]. [tuned: distance of the dots wrong, depth scaled; forces rise with
   // the third power]
   static constexpr double kTrueSize = 0.015;
-  // Distance of a body's surface, by the size of the body, where that is less than kTrueSize of the
-  // distance [-]; its tilt [rad]. The edge that must be seen, by the middle [-], and sigmas.
+  // Limits of a body's surface at rest: distance relative to the size of the body, if that is less
+  // than kTrueSize of the distance [-]; tilt [rad]; visible share of the edge relative to that of
+  // the centre [-]; number of sigmas.
   static constexpr double kRestOffset = 0.1, kRestTilt = 0.05, kRestEdge = 0.6, kRestSigmas = 5;
-  // Depths err alike within patches of this edge [px], see DepthPoints.
+  // Edge of patches within which depth errors are equal [px], see DepthPoints.
   static constexpr double kDepthPatch = 10;
   // Offset of the dots along the surface, by the distance of neighbours [-]. [tuned: rig
   // elsewhere than stated]

@@ -11,7 +11,7 @@ namespace palpate {
 struct PointsSample {
   const cv::Mat& left;   // or the depth image
   const cv::Mat& right;  // empty: a depth image
-  // The points. A check sets how exactly their places, distances and time are known.
+  // The points. Checks set the uncertainties of their positions, distances and time.
   SurfaceObservation& seen;
 };
 

@@ -24,9 +24,10 @@ using Eigen::Vector3d;
 
 constexpr double kNone = std::numeric_limits<double>::infinity();
 constexpr std::size_t kMinRays = 6;
-constexpr double kMaxRays = 4000;    // of an image
-constexpr double kEdgeShare = 0.2;   // of the body's half width in the image: its edge
-constexpr std::size_t kMinSide = 8;  // rays of a side of the edge
+constexpr double kMaxRays = 4000;  // of an image
+// Width of the edge region relative to the body's half width in the image.
+constexpr double kEdgeShare = 0.2;
+constexpr std::size_t kMinSide = 8;  // smallest number of rays on one side of the edge
 
 // The depth at which each ray meets the surface first; kNone: it does not.
 std::vector<double> ExpectedDepths(const SurfaceMesh& surface_C, const std::vector<RestRay>& rays) {
@@ -79,7 +80,8 @@ std::optional<Vector3d> FitPlane(const std::vector<Vector3d>& samples) {
   return plane;
 }
 
-// Distances on the grid of rays, in steps, to the nearest of those that `is_source`, up to `most`.
+// Returns the distance of each ray to the nearest ray with `is_source`, in steps on the grid, up to
+// `most`.
 std::vector<int> StepsFrom(const std::vector<char>& is_source, int columns, int most) {
   std::vector<int> steps(is_source.size(), most + 1);
   std::vector<std::size_t> front;
@@ -118,8 +120,8 @@ struct Count {
   }
 };
 
-// Compares the depths of the rays along the body's edge. `gate` of a depth that is the surface's
-// [m]; `shift`: how much farther it is seen there than by the scene.
+// Compares the depths of the rays along the body's edge. `gate`: largest deviation of a depth on
+// the surface [m]; `shift`: measured minus expected distance there.
 void CompareEdge(const std::vector<RestRay>& rays, const std::vector<double>& expected, int columns,
                  double gate, const auto& shift, RestSurface* rest) {
   std::vector<char> hits(rays.size()), misses(rays.size());
@@ -162,7 +164,7 @@ void CompareEdge(const std::vector<RestRay>& rays, const std::vector<double>& ex
   for (const Count& side : edge) {
     if (side.all >= kMinSide) rest->edge = std::min(rest->edge, side.share() / core.share());
   }
-  // Along each axis both sides must show it: a body may lie beside another one.
+  // Both sides along an axis must show it, because another body may be beside this one.
   for (const std::size_t axis : {std::size_t{0}, std::size_t{2}}) {
     const Count &one = beyond[axis], &other = beyond[axis + 1];
     if (one.all < kMinSide || other.all < kMinSide) continue;
@@ -195,7 +197,7 @@ RestSurface CompareAtRest(const SurfaceMesh& surface_C, const std::vector<RestRa
   for (double& d : off) d = std::abs(d - median);
   constexpr double kNormal = 1.4826, kWidth = 3;  // [derived: sigma by the median of a normal]
   const double gate = kWidth * std::max(kNormal * MedianOf(off), sigma);
-  std::vector<Vector3d> samples;  // place across the axis [m], how much farther [m]
+  std::vector<Vector3d> samples;  // position across the axis [m], excess distance [m]
   Vector2d middle = Vector2d::Zero();
   for (std::size_t i = 0; i < rays.size(); ++i) {
     const bool is_near =
@@ -311,7 +313,7 @@ void RestSurfaceCheck::Examine(const PointsSample& sample, Findings* findings) n
     (*result_)->fault = FaultOf(**result_, size_);
   }
   if (!(*result_)->fault.empty()) findings->Fail(FailedCheck::kRestShape, (*result_)->fault);
-} catch (const std::exception&) {  // no memory: again with the next image
+} catch (const std::exception&) {  // out of memory: repeated with the next image
   result_->reset();
 }
 

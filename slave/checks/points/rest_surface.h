@@ -1,6 +1,6 @@
-// The surface at rest against the body of the scene: where a depth camera or a pair sees it, how it
-// is tilted, and how far it extends. Depths of a wrong unit, intrinsics of another stream or image
-// size, and a camera that is elsewhere than stated show in at least one of them.
+// Compares the surface at rest with the body of the scene: its distance, tilt and extent as seen by
+// a depth camera or a pair. Depths in a wrong unit, intrinsics of another stream or image size, and
+// a wrong camera pose change at least one of them.
 #pragma once
 
 #include <optional>
@@ -19,11 +19,13 @@ namespace palpate {
 // The measured surface at rest against the scene's body, by the rays that meet the body.
 struct RestSurface {
   double distance = 0;              // of the body by the scene, along the camera's axis [m]
-  double off = 0, sigma_off = 0;    // how much farther it is seen [m]
-  double tilt = 0, sigma_tilt = 0;  // of what is seen against the scene [rad]
-  double edge = 1;  // share of the body's edge that is seen, by that of its middle, least side [-]
-  double beyond = 0;  // share of the rays just outside that see the surface go on, of both sides
-                      // along an axis the lesser, of both axes the greater [-]
+  double off = 0, sigma_off = 0;    // measured minus expected distance [m]
+  double tilt = 0, sigma_tilt = 0;  // of the measured surface against the scene [rad]
+  // Share of visible points at the body's edge relative to its centre; smallest over the sides [-].
+  double edge = 1;
+  // Share of the rays just outside of the body that still hit a surface: smaller value of the two
+  // sides of an axis, larger value of the two axes [-].
+  double beyond = 0;
   std::string_view fault{};  // why the estimate cannot be trusted, static; empty: it can
   bool meets = false;        // rays meet the body and see something there
 };
@@ -34,9 +36,9 @@ struct RestRay {
   double z = 0;                 // depth along the axis [m]; 0: none
 };
 
-// `surface_C`: of the scene's body, outward, camera frame. `rays`: in rows of `columns`; 0:
-// anywhere, which shows no extent. `sigma`: of one depth [m]; `independent`: depths that err alike
-// count as one of so many rays.
+// `surface_C`: of the scene's body, outward, camera frame. `rays`: in rows of `columns`; 0: not in
+// rows, then the extent is not compared. `sigma`: of one depth [m]; `independent`: number of rays
+// with a common depth error.
 RestSurface CompareAtRest(const SurfaceMesh& surface_C, const std::vector<RestRay>& rays,
                           int columns, double sigma, double independent);
 
@@ -45,7 +47,7 @@ std::string_view FaultOf(const RestSurface& rest, double size);
 
 class RestSurfaceCheck final : public Check<PointsSample> {
  public:
-  // `surface_O`: of the scene's body. `result`: gets what was compared; it must outlive the check.
+  // `surface_O`: of the scene's body. `result`: receives the comparison; it must outlive the check.
   RestSurfaceCheck(const Scene& scene, SurfaceMesh surface_O, std::optional<RestSurface>* result);
 
   // Decides by the first points that are found: all samples are flagged, or none.

@@ -12,9 +12,9 @@
 namespace palpate {
 namespace {
 
-// Number in the name -> index; empty where the name of an image of the board has none or two share
-// one. Other files take part if their number is their own: a damaged image, not a file that a wide
-// glob names by chance.
+// Returns the map from the number in a name to the index. It is empty if an image of the board has
+// no number, or two have the same. Other files are included if their number is unique, because they
+// may be damaged images.
 std::map<std::string, std::size_t> Numbered(const BoardImages& side) {
   std::map<std::string, std::size_t> numbers;
   for (const bool has_board : {true, false}) {

@@ -17,14 +17,15 @@ struct CalibrateOptions {
   std::string square;                  // between neighbours: 25mm
   std::string pattern = "chessboard";  // circles, asymmetric-circles
   std::string distance;                // distance of a plane whose pixel size is printed: 250mm
-  std::filesystem::path out;           // rig or lens; of a registration alone: the scene's lines
-  std::filesystem::path corners;       // CSV u,v of the board in the last image; empty: none
-  bool force = false;                  // write a rejected calibration too
-  std::filesystem::path tip_places;    // CSV x,y,z,u,v[,u_right,v_right]: registers the camera
-  std::filesystem::path rig;           // image size for the registration without a board
-  std::string size;                    // 640x480: registers a camera straight above the plane z = 0
-  bool plane = false;                  // the same with the lens known
-  std::vector<std::string> unquoted;   // file names that a shell made from an unquoted glob
+  // File of the rig or lens; for a registration alone: file of the scene's lines.
+  std::filesystem::path out;
+  std::filesystem::path corners;      // CSV u,v of the board in the last image; empty: none
+  bool force = false;                 // write a rejected calibration too
+  std::filesystem::path tip_places;   // CSV x,y,z,u,v[,u_right,v_right]: registers the camera
+  std::filesystem::path rig;          // image size for the registration without a board
+  std::string size;                   // 640x480: registers a camera straight above the plane z = 0
+  bool plane = false;                 // calibrates the plane with a known lens
+  std::vector<std::string> unquoted;  // file names that a shell made from an unquoted glob
 };
 
 inline constexpr const char* kCalibrateHelp = R"(Examples:

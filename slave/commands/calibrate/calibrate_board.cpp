@@ -86,7 +86,7 @@ std::string PairWords(const StereoRig& rig) {
       1e3 * rig.baseline(), at.x(), at.y(), at.z(), turn.angle() * 180 / std::numbers::pi);
 }
 
-// Numbers that a ruler can check: a wrong --square shows here and nowhere else.
+// Formats sizes that can be checked with a ruler, because a wrong --square has no other symptom.
 std::string ScaleWords(const Calibration& calibration) {
   const auto [nearest, farthest] = std::ranges::minmax(
       calibration.X_LB, {}, [](const Eigen::Isometry3d& X_LB) { return X_LB.translation().z(); });

@@ -13,7 +13,7 @@ struct CalibrationReport {
   Calibration calibration;
   struct Row {
     std::string name;     // of the image or the pair
-    std::string why_not;  // where it is not used
+    std::string why_not;  // the reason why it is not used; empty: it is used
     std::string rms_px;   // of the left and the right image
   };
   std::vector<Row> rows;

@@ -88,7 +88,7 @@ std::string Words(const CameraRegistration& found) {
   return words;
 }
 
-// The places in the undistorted image.
+// Returns the positions in the undistorted image.
 std::vector<TipPlace> Undistorted(const Lens& lens, std::vector<TipPlace> places) {
   for (std::size_t i = 0; i < places.size(); ++i) {
     const auto at = Straight(lens, places[i].left_I);

@@ -36,7 +36,7 @@ void PrintMesh(const BoundaryMesh& mesh) {
 // Prints which motion the window around the tip can follow, and whether the window fits the tool's
 // size in the image.
 void PrintTip(const Scene& scene) {
-  constexpr int kReach = 10;  // that the window has around the template at least [px]
+  constexpr int kReach = 10;  // smallest margin of the window around the template [px]
   const TipTracking& tip = *scene.sense.Find<TipTracking>();
   const Camera& camera = *scene.sense.Find<Camera>();
   const double width = scene.tool->width / camera.pixel;
@@ -68,7 +68,7 @@ void PrintModel(const Scene& scene, Progress* progress) {
   PrintShapeCost(*model, solution);
 }
 
-// The cost for an unknown image: noise takes longest.
+// Measures the cost with noise, the slowest kind of image, because the real image is unknown.
 void PrintImageCost(const Camera& camera) {
   constexpr int kRepeats = 5, kQuality = 80;
   cv::Mat noise(camera.size[1], camera.size[0], CV_8UC1);
@@ -118,7 +118,7 @@ void PrintText(const std::string& line) {
     return;
   }
   fmt::print("{}\n", line);
-  std::fflush(stdout);  // what comes next may take a while
+  std::fflush(stdout);  // the next step may take long
 }
 
 void PrintLine(const std::string& what, const std::string& text) {
@@ -164,7 +164,7 @@ void PrintChoice(const Scene& scene) {
   for (std::size_t i = 1; i < lines.size(); ++i) PrintLine("", lines[i]);
 }
 
-// The named material, its interval and where it was read.
+// Prints the named material, its interval and its source.
 void PrintNamedMaterial(const CheckOptions& options, const Material& material) {
   const NamedMaterial* named = MaterialOfScene(options.scene, options.overrides);
   if (named == nullptr) return;

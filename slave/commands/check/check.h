@@ -1,5 +1,5 @@
-// `palpate-slave check`: what will run and why, what is off, and the expected accuracy.
-// Its parts print a label and a sentence, lengths with a readable unit.
+// `palpate-slave check`: reports the models and checks that will run and why, those that are off,
+// and the expected accuracy. Its parts print a label and a sentence, lengths with a readable unit.
 #pragma once
 
 #include <filesystem>
@@ -69,7 +69,8 @@ void PrintChoice(const Scene& scene);
 // `model`, the scene's. `progress`: see CheckOptions.
 Solution PrintPress(const Scene& scene, DeformationModel& model, Progress* progress = nullptr);
 
-// Prints what the model cost so far: `extruded` prepares the place of a contact at its first query.
+// Prints time and memory of the model so far; `extruded` prepares each contact position at its
+// first query.
 void PrintPrecompute(const ModelInfo& info);
 
 // Prints the cost of the deformed shape while a client watches it, measured on a solution.

@@ -18,7 +18,7 @@
 namespace palpate {
 namespace {
 
-// Without remarks and warnings, which are logged as the scene is loaded.
+// Prints the mesh file without remarks and warnings, which are logged when the scene is loaded.
 void PrintMeshFile(const MeshFileGeometry& geometry) {
   MeshFile file = ReadMeshFile(geometry.file, geometry.unit);
   MeshReport report = std::visit(
@@ -27,8 +27,8 @@ void PrintMeshFile(const MeshFileGeometry& geometry) {
   for (const auto& line : Lines(report)) PrintLine("mesh", line);
 }
 
-// Error and rate: the decision's, which is that of many contacts, if `auto` made one. A study
-// compares models of one plane; what the plane leaves out of a solid is added.
+// Prints error and rate: those of the decision by `auto`, which are from many contacts, if there is
+// one. A study compares plane models, so the error of the plane assumption is added.
 void PrintVerdicts(const Scene& scene, const study::StudyRow& row, double plane_error) {
   const bool decided = !scene.model.decision.reason.empty();
   ModelDecision stated = scene.model.decision;

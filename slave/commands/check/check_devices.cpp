@@ -52,7 +52,7 @@ std::string InWords(const DepthImages& depth) {
   return InWords(depth.eye);
 }
 
-// Whether stamps of two images make them a pair.
+// Returns whether pairs are formed by timestamps.
 bool IsPairedByStamps(const StereoCameras& pair) {
   const bool has_two = pair.source == StereoCameras::Source::kCameras && pair.cameras.size() == 2;
   return pair.source == StereoCameras::Source::kStream ||

@@ -161,10 +161,10 @@ void PrintPoints(const Scene& scene, const StereoRig& rig) {
 // Findings of the tracker in the first images.
 struct FirstLook {
   int images = 0;
-  int until_rest = 0;                // images until the rest frame was known; 0: it was not
+  int until_rest = 0;                // number of images until the baseline was known; 0: it was not
   std::size_t points = 0, seen = 0;  // in the last one
-  double us = 0;                     // per image, the first one apart, which makes room
-  LatencyHistogram checks;           // likewise, part of it
+  double us = 0;            // per image [us], without the first one, which allocates memory
+  LatencyHistogram checks;  // part of it for the checks
 };
 
 FirstLook FirstSample(const Scene& scene, const StereoRig& rig, StereoSource& source,
@@ -210,7 +210,7 @@ std::string SeenInWords(const Scene& scene, const SurfacePointTracker& tracker,
   return words;
 }
 
-// The surface at rest against the scene's body.
+// Compares the surface at rest with the scene's body.
 void PrintRest(const RestSurface& rest) {
   if (rest.meets && rest.distance > 0) {
     std::string words = fmt::format(
@@ -260,7 +260,7 @@ void PrintDepthCamera(const DepthImages& depth, const Scene& scene) {
 void CheckStereo(const Scene& scene) {
   PrintModelOf(scene);
   const StereoRig rig = RigOf(scene);
-  PrintCameras(scene);  // before they are opened: one may not be there yet
+  PrintCameras(scene);  // before they are opened, because one may be missing
   if (EstimatesForce(scene)) PrintManipulator(scene);
   if (scene.sense.Find<StereoCameras>()) PrintRig(scene, rig);
   if (scene.sense.Find<DepthImages>()) PrintDepthCamera(*scene.sense.Find<DepthImages>(), scene);

@@ -14,7 +14,7 @@ namespace palpate {
 
 // One sigma of a point at the origin of O, from points.sigma in each image.
 struct SightExpectation {
-  double distance = 0;  // from the middle between the cameras [m]
+  double distance = 0;  // from the midpoint between the cameras [m]
   double sigma_depth =
       0;  // sigma along the line of sight [m], approximately z^2 / (f b) sqrt(2) sigma
   double sigma_across = 0;  // the larger across it [m]
@@ -22,8 +22,8 @@ struct SightExpectation {
 // nullopt: the origin is not in front of both cameras.
 std::optional<SightExpectation> ExpectedSight(const Scene& scene, const StereoRig& rig);
 
-// The positions (x, y of O at z = 0 [m]) that lie in both images, at least a dot's radius from the
-// edge.
+// Returns the positions (x, y of O at z = 0 [m]) that are in both images, at least a dot's radius
+// from the edge.
 std::vector<Eigen::Vector2d> InBothImages(const Scene& scene, const StereoRig& rig,
                                           const std::vector<Eigen::Vector2d>& places_O);
 

@@ -61,8 +61,8 @@ std::vector<Eigen::Vector3d> Displacement(const Scene& scene, const ObjectMesh& 
   return displacement;
 }
 
-// The surface at the end of the scene's tactile recording, as its fingertips measure it; at rest if
-// the scene has none or nobody says where its fingertips are. Throws what OpenTactileRecording and
+// Computes the surface at the end of the scene's tactile recording from the fingertips' forces; at
+// rest if the scene has no recording or no poses. Throws what OpenTactileRecording and
 // TactileEstimator throw; Interrupted.
 study::EstimatedShape ShapeAfterRecording(const Scene& scene, Progress* progress) {
   study::EstimatedShape shape = ShapeUnderTables(scene, {}, {}, nullptr);
@@ -115,7 +115,7 @@ study::ObjectHint Hint(const EvaluateOptions& options) {
   return hint;
 }
 
-// Why there is no score where one was requested; empty: there is one.
+// Returns why a requested score is missing; empty: it is not.
 std::string NotScored(const study::MeasuredQuestion& question,
                       const study::MeasuredAnswer& answer) {
   if (answer.object.empty()) return answer.choice.why;
@@ -150,7 +150,7 @@ void RequireOtherThanInputs(const EvaluateOptions& options, const Scene& scene) 
 
 study::EstimatedShape ShapeUnderTables(const Scene& scene, const std::filesystem::path& contacts,
                                        const std::filesystem::path& loads, Progress* progress) {
-  Scene still = scene;  // what a load comes to in the end, however it gets there
+  Scene still = scene;  // the static result, independent of the path
   still.model.fem.time = FemOptions::Time::kStatic;
   still.object = Relaxed(scene.object);
   const ObjectMesh mesh = MeshObject(still, std::nullopt);

@@ -29,8 +29,8 @@ struct EvaluateOptions {
 // SceneError, InputError, std::invalid_argument: unusable input.
 int RunEvaluate(const EvaluateOptions& options, const std::stop_token& stop);
 
-// The object's surface under the rows of both tables together (as `solve` reads them; an empty
-// path: no rows). Without rows: at rest. Throws what `solve` throws for tables;
+// Computes the object's surface under the rows of both tables together (read as by `solve`; an
+// empty path: no rows). Without rows it is at rest. Throws as `solve` for invalid tables;
 // std::invalid_argument: an object that is not a volume, a model without a solution.
 study::EstimatedShape ShapeUnderTables(const Scene& scene, const std::filesystem::path& contacts,
                                        const std::filesystem::path& loads, Progress* progress);

@@ -1,4 +1,4 @@
-// palpate-evaluate: the command line of `palpate-slave evaluate`, a program of its own because
+// palpate-evaluate: the command line of `palpate-slave evaluate`, a separate program, because
 // loading the Point Cloud Library takes 0.06 s and 37 MB.
 #include "slave/commands/command_program.h"
 #include "slave/commands/evaluate/evaluate.h"

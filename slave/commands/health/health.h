@@ -1,4 +1,4 @@
-// `palpate-slave health`: asks a running slave whether it serves and senses. For service managers
+// `palpate-slave health`: queries whether a running slave serves and senses. For service managers
 // and containers.
 #pragma once
 

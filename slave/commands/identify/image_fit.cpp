@@ -23,7 +23,7 @@ namespace {
 
 constexpr double kMaxForce = 1e9;
 constexpr int kMaxPasses = 8, kMinPresses = 3;
-constexpr double kSettled = 1e-3;  // of s, from 1
+constexpr double kSettled = 1e-3;  // deviation of the factor s from 1
 
 using Forces = std::map<std::uint64_t, double>;  // of samples [N]
 
@@ -59,8 +59,8 @@ struct Pair {
   double estimated = 0, sigma = 0, measured = 0;  // [N]
 };
 
-// Common relative error of the estimated forces: that of one image, in the mean over those that
-// show most.
+// Common relative error of the estimated forces: the mean of the single images' errors over the
+// images with the largest forces.
 double CommonShare(const std::vector<Pair>& pairs) {
   double estimated2 = 0, sigma2 = 0;
   for (const Pair& pair : pairs) {
@@ -107,7 +107,7 @@ Line FitLine(const std::vector<Pair>& pairs) {
           std::sqrt(variance * inverse(1, 1)), std::sqrt(rest / static_cast<double>(pairs.size()))};
 }
 
-// How many samples press; throws where they cannot show the modulus.
+// Returns the number of samples in contact; throws if they cannot determine the modulus.
 int Pressed(const std::vector<Pair>& pairs, const std::filesystem::path& file) {
   const auto pressed = static_cast<int>(
       std::ranges::count_if(pairs, [](const Pair& pair) { return pair.estimated > 0; }));
@@ -131,7 +131,7 @@ ImageFit FitImages(const Scene& scene, const std::filesystem::path& file,
   const Forces forces = ReadForces(file);
   Scene tried = scene;
   double& E = tried.object.material.young_modulus;
-  tried.object.material.young_modulus_tolerance = 0;  // which is sought
+  tried.object.material.young_modulus_tolerance = 0;  // the unknown modulus
   const bool is_dome = std::holds_alternative<DomeGeometry>(scene.object.geometry);
   ImageFit fit;
   for (Line line; fit.passes < kMaxPasses && std::abs(line.slope - 1) > kSettled;) {

@@ -13,7 +13,7 @@
 namespace palpate {
 namespace {
 
-// `3/8`: its third part of eight. Throws std::invalid_argument.
+// Parses `3/8`, the third of eight parts. Throws std::invalid_argument.
 CacheShare ParseShare(const std::string& text) {
   std::size_t index = 0, count = 0;
   const int read = std::sscanf(text.c_str(), "%zu/%zu", &index, &count);

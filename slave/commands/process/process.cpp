@@ -79,7 +79,7 @@ void Print(const OfflineSummary& s, const std::filesystem::path& out) {
   fmt::print("written: {}, {}\n", (out / "states.csv").string(), (out / "summary.json").string());
 }
 
-// The keys that make a recording of the frames just written.
+// Prints the scene keys for processing the written frames as a recording.
 void PrintFrames(const Scene& scene, const std::filesystem::path& out) {
   if (!scene.sense.Find<StereoCameras>()) return;
   const auto folder = std::filesystem::absolute(out / "frames");

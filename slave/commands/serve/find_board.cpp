@@ -32,7 +32,7 @@ std::vector<Eigen::Vector2d> ReadCorners(const std::filesystem::path& file) {
   return corners;
 }
 
-// The affine grid through the corners, by least squares: pixel size and residual.
+// Fits an affine grid to the corners by least squares: pixel size and residual.
 void FitGrid(const BoardImages& board, FoundBoard* found) {
   const auto count = static_cast<Eigen::Index>(found->corners.size());
   Eigen::MatrixX3d places(count, 3);

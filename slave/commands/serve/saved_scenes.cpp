@@ -24,7 +24,7 @@ constexpr std::array<std::string_view, 4> kFiles{"tip.png", "outline.csv", "lens
                                                  "image.jpg"};
 constexpr const char *kCurrent = "current", *kLast = "last";
 
-// The number of a scene's folder; 0: it is none.
+// Returns the number of a scene's folder; 0 for other folders.
 int NumberOf(const fs::path& folder) {
   const std::string name = folder.filename().string();
   int number = 0;
@@ -32,7 +32,7 @@ int NumberOf(const fs::path& folder) {
   return error == std::errc() && end == name.data() + name.size() ? number : 0;
 }
 
-// The disk has the file when this returns.
+// Writes a file and waits until it is on the disk.
 void WriteDurably(const fs::path& file, std::string_view bytes) {
   const auto write = [&](std::FILE* out) {
     return std::fwrite(bytes.data(), 1, bytes.size(), out) == bytes.size() &&
@@ -43,7 +43,7 @@ void WriteDurably(const fs::path& file, std::string_view bytes) {
   }
 }
 
-// The names in a folder reach the disk.
+// Waits until the names in a folder are on the disk.
 void SyncFolder(const fs::path& folder) {
   const int opened = open(folder.c_str(), O_RDONLY | O_CLOEXEC);
   const bool is_done = opened >= 0 && fsync(opened) == 0;
@@ -89,7 +89,8 @@ fs::path SavedScenes::NewFolder() const {
   return folder;
 }
 
-// An earlier release, a person or an editor wrote them.
+// Saves plain files in place of the links as a scene. An earlier release, a person or an editor
+// wrote them.
 void SavedScenes::AdoptPlainFiles() const {
   const auto is_plain = [&](std::string_view name) {
     return fs::symlink_status(folder_ / name).type() == fs::file_type::regular;
@@ -116,7 +117,7 @@ void SavedScenes::AdoptPlainFiles() const {
   }
 }
 
-// Each file of the scene in `folder` gets its link.
+// Makes the links to the files of the scene in `folder`.
 void SavedScenes::Link(const fs::path& folder) const {
   const auto link = [&](std::string_view name) {
     const fs::path target = fs::path("scenes") / kCurrent / name;
@@ -128,7 +129,7 @@ void SavedScenes::Link(const fs::path& folder) const {
   std::ranges::for_each(kFiles, link);
 }
 
-// Also removes links whose target no longer exists.
+// Removes all scenes except these two, and links whose target no longer exists.
 void SavedScenes::RemoveOthers(const fs::path& present, const fs::path& last) const {
   std::error_code ignored;
   for (const auto& entry : fs::directory_iterator(scenes(), ignored)) {
@@ -173,7 +174,7 @@ void SavedScenes::Draft::Use() {
   try {
     SyncFolder(scenes_.scenes());
     if (!last.empty()) ReplaceLink(last, scenes_.scenes() / kLast);
-  } catch (const std::exception&) {  // the scene is in use, and the one before is still there
+  } catch (const std::exception&) {  // the scene is in use, and the previous one still exists
   }
   scenes_.RemoveOthers(folder_.filename(), last);
 }

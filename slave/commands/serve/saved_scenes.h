@@ -8,13 +8,12 @@
 
 namespace palpate {
 
-// Files that a proposal may contain: the page writes these, and nothing else enters the folder.
+// Returns whether a proposal may contain a file of this name. Only these files enter the folder.
 bool IsSetupFile(std::string_view name);
 
-// Each scene is in a folder of its own below `scenes`, numbered from 1. The links `scene.yaml`,
-// `tip.png`, ... lead to the files of the present one by the link `scenes/current`, whose
-// replacement by one rename takes another scene into use. The scene before it is kept, and
-// `scenes/last` leads to it.
+// Each scene has a folder below `scenes`, numbered from 1. The links `scene.yaml`, `tip.png`, ...
+// point to the files of the present scene through the link `scenes/current`. Replacing that link by
+// one rename activates another scene. The previous scene is kept, and `scenes/last` points to it.
 class SavedScenes {
  public:
   // Creates the folder. Throws std::filesystem::filesystem_error.
@@ -26,8 +25,8 @@ class SavedScenes {
   // A scene that is saved and not in use. It is removed with this object, unless it was used.
   class Draft {
    public:
-    // Files that somebody else put in place of the links are first saved as a scene of their own.
-    // Throws std::runtime_error: the folder cannot be written.
+    // Plain files in place of the links are first saved as a separate scene. Throws
+    // std::runtime_error: the folder cannot be written.
     Draft(const SavedScenes& scenes, const SceneProposal& proposal);
     ~Draft();
     Draft(const Draft&) = delete;

@@ -18,7 +18,8 @@ bool IsInKey(char c) {
   return (c >= 'a' && c <= 'z') || (c >= '0' && c <= '9') || c == '_' || c == '.';
 }
 
-// `sense.tip.anchor`, or `camera.rate` of messages that do not name the section.
+// Returns whether a word is a key such as `sense.tip.anchor`, or `camera.rate` in messages that do
+// not name the section.
 bool IsKey(std::string_view word) {
   constexpr std::array<std::string_view, 7> kBegins{"object.", "sense.",       "tool.",    "model.",
                                                     "camera.", "manipulator.", "operator."};
@@ -34,7 +35,7 @@ std::string_view KeyIn(std::string_view text) {
     const auto end = std::ranges::find_if_not(rest, IsInKey);
     std::string_view word = rest.substr(0, static_cast<std::size_t>(end - rest.begin()));
     begin += word.size() + 1;
-    while (word.ends_with('.')) word.remove_suffix(1);  // the sentence's
+    while (word.ends_with('.')) word.remove_suffix(1);  // the full stop of the sentence
     if (IsKey(word)) return word;
   }
   return {};

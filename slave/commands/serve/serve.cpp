@@ -37,7 +37,7 @@ namespace {
 // Longest time for the answer of UseScene, and for others, to reach their clients.
 constexpr std::chrono::seconds kAnswers(3);
 
-// Every line of the log goes to the recording, too.
+// Also writes every line of the log to the recording.
 class RecordingSink final : public spdlog::sinks::base_sink<std::mutex> {
  public:
   explicit RecordingSink(SenseRecording* recording) : recording_(*recording) {}
@@ -64,11 +64,12 @@ Recording::Options FileOptions(const ServeOptions& options, const Scene& scene) 
   return file;
 }
 
-// While a slave serves, its sensing and its log are written to the file. Ends with a line in the
+// Writes the sensing and the log of a slave to the file while it serves. Ends with a line in the
 // log.
 class SlaveRecorder {
  public:
-  // Throws std::invalid_argument or std::runtime_error: the options, the file cannot be written.
+  // Throws std::invalid_argument for unusable options and std::runtime_error if the file cannot be
+  // written.
   SlaveRecorder(const ServeOptions& options, const Scene& scene)
       : recording_(scene, options.overrides, FileOptions(options, scene)),
         sink_(std::make_shared<RecordingSink>(&recording_)) {
@@ -98,7 +99,8 @@ void Introduce(const SlaveDescription& d) {
   spdlog::info("{}", d.scene.name);
   try {
     spdlog::info("{}", SceneSummary(d.scene));
-  } catch (const std::exception&) {  // the object is what the cameras find, or no model takes it
+    // The object is only known from the cameras, or no model supports it.
+  } catch (const std::exception&) {
   }
   for (const std::string& line : Introduction(d.sense)) spdlog::info("{}", line);
 }
@@ -110,7 +112,7 @@ void WaitFor(const std::stop_token& stop) {
   changed.wait(lock, stop, [] { return false; });
 }
 
-// Throws std::invalid_argument: options that contradict each other.
+// Throws std::invalid_argument if options contradict each other.
 void CheckSetup(const ServeOptions& options) {
   if (options.setup.empty() == options.scene.empty()) {
     throw std::invalid_argument("serve: expected SCENE, or --setup DIR without one");
@@ -147,13 +149,13 @@ std::unique_ptr<LiveSlave> OpenSetup(const ServeOptions& options,
   return slave;
 }
 
-// `next` takes the place of `former`, which is no longer served and ends here: with greater
-// revisions of its settings, and with its emergency stop.
+// Replaces `former`, which is no longer served and ends here, by `next`, which continues with
+// greater revisions of the settings and with its emergency stop.
 void TakePlace(std::unique_ptr<LiveSlave> former, const std::filesystem::path& state_dir,
                LiveSlave* next) {
   next->ContinueRevisions(former->Describe().settings_revision);
   const bool is_stopped = former->Status().phase == Phase::kEstop;
-  former.reset();  // one slave at a time keeps its stop in the folder
+  former.reset();  // only one slave at a time may keep its stop record in the folder
   try {
     if (!state_dir.empty()) next->KeepStopIn(state_dir);
   } catch (const std::exception& error) {
@@ -180,7 +182,7 @@ Metrics MetricsOf(const Slave& slave, const Server& server) {
 
 int RunServe(const ServeOptions& options, StopOnSignal& signals) {
   const std::stop_token stop = signals.token();
-  // Each of eight a processor would come to keep a few images that nobody needs.
+  // Limits the number of arenas: each of eight per processor would retain a few unused images.
   mallopt(M_ARENA_MAX, 4);
   CheckSetup(options);
   const bool plain = options.tls.empty();
@@ -206,7 +208,7 @@ int RunServe(const ServeOptions& options, StopOnSignal& signals) {
     if (!metrics_at.empty())
       metrics.emplace(metrics_at, options.insecure, [&] { return MetricsOf(*slave, *server); });
     if (metrics) spdlog::info("metrics at http://{}/metrics", ToString(metrics->endpoint()));
-    malloc_trim(0);  // what only the start needed
+    malloc_trim(0);  // frees memory that only the start needed
     // After another scene the port is the same, and clients connect to it again.
     listen = server->address();
     if (metrics) metrics_at = ToString(metrics->endpoint());

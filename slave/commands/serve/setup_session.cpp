@@ -80,12 +80,12 @@ SceneMistake OtherCamera(const SharedCamera& camera) {
           .expected = "the lines of SceneDescription.setup_camera: " + LinesOf(camera)};
 }
 
-// Whether a name leads out of the scene's folder.
+// Returns whether a name points outside of the scene's folder.
 bool LeavesFolder(const std::filesystem::path& name) {
   return name.is_absolute() || std::ranges::find(name, "..") != name.end();
 }
 
-// Values that name files beside those of the proposal. They are found before anything is opened.
+// Finds values that name files outside the proposal, before any file is opened.
 void AddForeignNames(const DocumentNode& node, const std::string& path, const SharedCamera& camera,
                      std::vector<SceneMistake>* mistakes) {
   constexpr std::size_t kMaxMistakes = 50, kMaxPathLength = 200;
@@ -110,7 +110,7 @@ void AddForeignNames(const DocumentNode& node, const std::string& path, const Sh
   mistakes->back().line = node.line;
 }
 
-// Lists the parts of a scene that a set-up cannot offer: another camera, or another client.
+// Lists the parts of a scene that a set-up does not permit: another camera, or another client.
 std::vector<SceneMistake> ForeignParts(const Scene& scene, const SharedCamera& camera) {
   std::vector<SceneMistake> mistakes;
   const auto* used = scene.sense.Find<Camera>();
@@ -137,7 +137,7 @@ struct Trial {
   std::optional<SceneMistake> tool;  // the scene's tool is not the one in the image
 };
 
-// The tool at the tip that was found, against the scene's. The place of a round end is not
+// Compares the tool at the detected tip with the scene's tool. The position of a round end is not
 // compared.
 std::optional<SceneMistake> CompareTool(const Scene& scene, const CameraSense& sense) {
   const Estimator& estimator = sense.estimator();
@@ -208,7 +208,7 @@ std::optional<SceneMistake> TouchAtStart(const Trial& trial) {
 // The mistakes of a staged scene or, without any, the scene and its trial.
 struct Examined {
   std::vector<SceneMistake> mistakes;
-  FrameOpener open;  // begins with the image of the trial
+  FrameOpener open;  // its first image is that of the trial
   Scene scene;
   Trial trial;
 };
@@ -264,7 +264,7 @@ Examined Examine(const std::filesystem::path& file, const SharedCamera& camera,
 
 }  // namespace
 
-// Without Use it is removed, and its slave ends.
+// If Use is not called, the scene is removed and its slave ends.
 class SetupSession::Prepared final : public PreparedScene {
  public:
   Prepared(SetupSession& session, const SceneProposal& proposal)

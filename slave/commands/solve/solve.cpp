@@ -42,7 +42,8 @@ std::vector<Case> GroupByCase(const std::vector<SolveRow>& rows, bool independen
   return cases;
 }
 
-// A scan with one name for all its rows would be a press at all places at once.
+// Reports rows that act together: a scan with one case name for all rows would be a press at all
+// positions at once.
 void ReportTogether(const std::vector<SolveRow>& rows, const std::vector<Case>& cases) {
   const auto several = std::ranges::find_if(cases, [](const Case& one) { return one.size() > 1; });
   if (several == cases.end()) return;
@@ -52,11 +53,11 @@ void ReportTogether(const std::vector<SolveRow>& rows, const std::vector<Case>& 
                several->size(), rows[several->front()].case_name.c_str());
 }
 
-// One row per step and place, from rest at t = 0 to the last row's time. False: a step failed, and
-// those after it were not tried.
+// Solves one row per step and place, from rest at t = 0 to the last row's time. False: a step
+// failed, and later ones were not solved.
 bool SolveInTime(const Case& one, const std::vector<SolveRow>& rows, DeformationModel* model,
                  ProgressBar* progress, std::vector<SolveRow>* answers, Solution* solution) {
-  constexpr double kRounding = 1e-9;  // of a step
+  constexpr double kRounding = 1e-9;  // tolerance relative to a time step
   const std::vector<PlaceHistory> histories = HistoriesOf(rows, one);
   const double step = model->info().step;
   double end = 0;

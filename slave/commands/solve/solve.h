@@ -16,7 +16,7 @@ struct SolveOptions {
   std::filesystem::path loads;         // CSV; empty: none
   std::filesystem::path out;           // CSV
   std::filesystem::path field;         // VTU; empty: none
-  bool independent = false;            // each row acts alone, whatever its case
+  bool independent = false;            // each row acts alone, independent of its case
   bool moments = false;                // `out` gets the columns mx, my, mz
 };
 

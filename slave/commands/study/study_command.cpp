@@ -16,7 +16,7 @@
 namespace palpate {
 namespace {
 
-// Rewritten after every model.
+// Runs the study. Its result files are rewritten after every model.
 study::StudyResult RunWhole(const Scene& scene, const study::StudySettings& settings,
                             const std::filesystem::path& folder, const std::stop_token& stop) {
   ProgressBar bar("study", stop);
@@ -37,7 +37,7 @@ int RunStudyCommand(const StudyOptions& options, const std::stop_token& stop) {
   RequireOtherThan("--out", options.out, {"study.csv", "study.json"}, InputFilesOf(scene));
   study::StudySettings settings;
   if (scene.model.kind == "auto" && study::CanStudy(scene)) {
-    settings.places = study::PlacesToDecide(scene);  // what it finds is kept for `auto`
+    settings.places = study::PlacesToDecide(scene);  // the result is stored for `auto`
   }
   settings.budget_s = options.budget;
   std::filesystem::create_directories(options.out);

@@ -16,8 +16,8 @@ namespace {
 using Eigen::Vector3d;
 
 constexpr double kMaxValue = 1e12;
-constexpr double kMaxGap = 1;         // between rows of a record [s]
-constexpr double kUsualSigma = 0.01;  // of a known force
+constexpr double kMaxGap = 1;         // largest gap between rows of a record [s]
+constexpr double kUsualSigma = 0.01;  // default relative sigma of a known force
 
 // NaN: an empty cell or an absent column.
 double NumberOf(const CsvTable& table, std::string_view name) {
@@ -44,7 +44,7 @@ double TimeOf(const CsvTable& table) {
   return t;
 }
 
-// The force of a record at `t`. `loads`: in order of time.
+// Returns the force of a record at `t`. `loads`: sorted by time.
 std::optional<KnownLoad> RecordAt(const std::vector<KnownLoad>& loads, double t) {
   const auto after = std::ranges::lower_bound(loads, t, {}, &KnownLoad::from);
   if (after == loads.end()) return std::nullopt;

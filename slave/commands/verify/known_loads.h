@@ -34,13 +34,13 @@ ForceTables ReadStates(const std::filesystem::path& file);
 LoadTable ReadLoads(const std::filesystem::path& file);
 
 // A load as a user describes it: `weight 100 g +y`, `spring 200 N/m 5 mm +y`, `force 0 1.2 0`,
-// `press 3 mm`, `none`; with `at X Y Z` [m] behind it where the tip is known. Directions are those
-// in which the object pushes the tool. Throws std::invalid_argument with what is accepted.
+// `press 3 mm`, `none`; followed by `at X Y Z` [m] if the tip position is known. Directions are
+// those in which the object pushes the tool. Throws std::invalid_argument with what is accepted.
 KnownLoad ParseLoad(const std::string& line);
 
-// Replaces the measured force of `state` by `load`, whose number is `hold`.
-// Without a sigma a reference counts as known to 1 %: weights, springs and gauges rarely are
-// better, and neither is the time of a changing force.
+// Replaces the measured force of `state` by `load`, whose number is `hold`. A reference without a
+// sigma gets 1 %: weights, springs and gauges are rarely better, nor is the timing of a changing
+// force.
 ForceRow WithLoad(ForceRow state, const KnownLoad& load, int hold);
 
 // The states during loads, with these. Throws std::invalid_argument: there are none.

@@ -19,8 +19,8 @@
 namespace palpate {
 namespace {
 
-// The measured force is as of the sending of a state. Between those around `at`; the states end
-// with the one whose sample is of that time.
+// Returns the measured force at `at`. It is measured when a state is sent, so it is interpolated
+// between the states around `at`; the last state is the one with the sample of that time.
 Eigen::Vector3d MeasuredAt(Time at, const std::vector<SlaveState>& states) {
   const auto after = std::ranges::find_if(states, [&](const auto& s) { return s.sent_at >= at; });
   if (after == states.end() || !after->true_force) return kUnknownVector3;
@@ -54,7 +54,7 @@ std::vector<ForceRow> LiveStates::Watch(double seconds, const std::stop_token& s
   using std::chrono::duration;
   using std::chrono::system_clock;
   constexpr double kTimeout = 5, kRetry = 0.2;  // [s]
-  constexpr std::size_t kMaxStates = 200;       // states that a sample may be older than its state
+  constexpr std::size_t kMaxStates = 200;       // largest age of a sample, in states
   const auto begin = system_clock::now();
   const auto elapsed = [begin] { return duration<double>(system_clock::now() - begin).count(); };
   std::vector<ForceRow> rows;

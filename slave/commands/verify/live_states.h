@@ -20,10 +20,10 @@ class LiveStates {
   LiveStates(const std::string& address, const std::filesystem::path& tls, bool insecure);
   ~LiveStates();
 
-  // The states of the next `seconds` of samples, one for each. Their clock starts with the first
-  // state of all. The measured force is read at the time of the sample. A connection that fails is
-  // opened again; 5 s of silence in all end the watch. Throws std::runtime_error: there is no
-  // state.
+  // Returns the states of the next `seconds` of samples, one per sample. Time zero is the first
+  // state of the first call. The measured force is that at the time of the sample. A failed
+  // connection is reopened; a total of 5 s without states ends the watch. Throws
+  // std::runtime_error: there is no state.
   std::vector<ForceRow> Watch(double seconds, const std::stop_token& stop);
 
  private:

@@ -61,7 +61,7 @@ ForceTables AskForLoads(const VerifyOptions& options, LiveStates* live,
       "Directions are those in which the object pushes the tool, frame S. `at X Y Z` behind a "
       "load\n"
       "gives the known position of the tip in metres. `done` ends.");
-  constexpr double kSettling = 0.2;  // states under way belong to the load before [s]
+  constexpr double kSettling = 0.2;  // states in transit belong to the previous load [s]
   ForceTables tables;
   std::vector<ForceRow>& rows = tables[""];
   int hold = 0;
@@ -136,7 +136,7 @@ void Check(const VerifyOptions& options) {
   RequireOtherThan("--out", options.out, {"forces.csv", "states.csv", "summary.json"}, inputs);
 }
 
-// The slave refuses the samples of the scene.
+// Thrown if the slave refuses the samples of the scene.
 class Refusal : public std::runtime_error {
   using std::runtime_error::runtime_error;
 };
@@ -179,7 +179,7 @@ Run RunScene(const VerifyOptions& options, const Scene& scene, const std::stop_t
       RunOffline(scene, {.out = options.out}, stop);
     }
   } catch (const std::system_error&) {
-    throw;  // not an error of the samples: a file cannot be written
+    throw;  // a file cannot be written, which is no error of the samples
   } catch (const std::exception& refusal) {
     throw Refusal(refusal.what());
   }

@@ -17,7 +17,7 @@ struct VerifyOptions {
   std::filesystem::path forces;  // table of both forces; empty: a run of the scene makes it
   ForceColumns columns;          // of `forces`
   std::filesystem::path out;
-  std::filesystem::path loads;   // CSV; empty: see `sensor`, else questions
+  std::filesystem::path loads;   // CSV file; empty: see `sensor`, else the user is asked
   bool sensor = false;           // the states have the force of a sensor
   std::filesystem::path states;  // states.csv; empty: `connect`, else SCENE is processed
   std::string connect;           // HOST:PORT of a slave

@@ -17,8 +17,8 @@ namespace {
 using Eigen::Matrix2d;
 using Eigen::Vector2d;
 
-// Error of the compliance [-]. [derived: the accepted 5 %, less a fifth of it because the estimate
-// is the beginning of a series]
+// Error of the compliance [-]. [derived: the accepted 5 %, less a fifth because the estimate is
+// only the first term of a series]
 constexpr double kMaxMissing = 0.04;
 // Error of the moment by force times width over the number of elements of the patch [-]. [tuned:
 // contact_moment_test]
@@ -42,8 +42,8 @@ double LargerSideOf(const BoundaryMesh& mesh) {
   return box.sizes().maxCoeff();
 }
 
-// Displacements on the whole boundary of a body that is almost incompressible leave its pressure
-// unknown.
+// Displacements prescribed on the whole boundary of an almost incompressible body do not determine
+// its pressure.
 int MaxRows(const GreensFunctions& greens) {
   const auto& problem = greens.problem();
   if (problem.plane != Plane::kStrain || problem.nu <= GreensFunctions::kMaxNuAllHeld) {
@@ -94,7 +94,8 @@ void Bem2dModel::Describe() {
   info_.update_us = MeasureUpdate();
 }
 
-// Two elements in turn [us]; 0 where no two can be moved.
+// Measures the time of an update by moving two elements alternately [us]; 0: no two elements can be
+// moved.
 double Bem2dModel::MeasureUpdate() {
   std::array<Contact, 2> contacts;
   std::size_t found = 0;
@@ -121,7 +122,7 @@ void Bem2dModel::ComputeResponses(std::span<const Contact> contacts,
   }
   if (!answered_) {
     std::ranges::fill(responses, ContactResponse{});
-  } else if (IsFalsified(responses)) {
+  } else if (HasElementError(responses)) {
     for (ContactResponse& response : responses) {
       response.validity = Validity::kExtrapolated;
       response.flag_reason = kCoarseElements;
@@ -129,7 +130,7 @@ void Bem2dModel::ComputeResponses(std::span<const Contact> contacts,
   }
 }
 
-// Finds the forces too, where they count.
+// Also computes the forces where they are needed.
 bool Bem2dModel::Accept() {
   if (solver_.rows() > max_rows_) {
     return Fail("displacements are prescribed on the whole boundary of an incompressible body");
@@ -142,7 +143,7 @@ bool Bem2dModel::Accept() {
   return !must_balance || Balances() || Fail("loads on a body that is free to move do not balance");
 }
 
-// The loads do no work on the motions that are left free.
+// Returns whether the loads do no work on the free rigid motions.
 bool Bem2dModel::Balances() const {
   Eigen::Vector3d work = Eigen::Vector3d::Zero();
   double magnitude = 0;
@@ -189,7 +190,7 @@ void Bem2dModel::AddReaction(const ContactSlot& slot, ContactResponse* response)
   }
 }
 
-bool Bem2dModel::IsFalsified(std::span<const ContactResponse> responses) noexcept {
+bool Bem2dModel::HasElementError(std::span<const ContactResponse> responses) noexcept {
   const ElementError& error = greens_.error();
   if (error.probes() == 0) return false;
   std::ranges::fill(probe_forces_, Vector2d(0, 0));
@@ -246,7 +247,8 @@ void Bem2dModel::ComputeInside(const std::vector<Vector2d>& places,
 void Bem2dModel::ComputeTractions(std::vector<float>* pascals) {
   const BoundaryState state = Shown();
   const BoundaryMesh& mesh = greens_.problem().mesh;
-  std::vector<double> force(mesh.elements.size(), 0), length(force);  // by the length's unit
+  // Lengths are divided by the unit of length.
+  std::vector<double> force(mesh.elements.size(), 0), length(force);
   for (int i = 0; i < greens_.size(); ++i) {
     Vector2d traction = state.traction[Index(i)];
     for (int axis = 0; axis < 2; ++axis) {

@@ -27,11 +27,11 @@ struct BoundaryState {
 // place and leave the traction across it zero; the response repeats the prescribed value. A contact
 // on fixed elements must have a zero displacement there and reports the reaction. A load that lies
 // in part on fixed elements gives that part to the support. Loads on a body without fixed nodes
-// must balance to 1e-6. Displacements beyond 1e6 larger sides, and forces that would need such, are
-// absurd: kFailed. kExtrapolated too where the elements of a contact's width
-// are so much longer or shorter than it that the stiffness is off by more than a tenth, and where
-// the order of the elements falsifies it by more than a twentieth (element_error.h). A place is
-// found by a walk over all elements if `element` is -1: give it where time counts.
+// must balance to 1e-6. Displacements beyond 1e6 times the larger side, and forces that would cause
+// them, give kFailed. Results are also kExtrapolated if the elements under a contact change its
+// width so much that the stiffness has an error of more than a tenth, or if the order of the
+// elements causes more than a twentieth (element_error.h). With `element` -1 all elements are
+// searched for the position, which takes longer.
 class Bem2dModel final : public DeformationModel {
  public:
   struct Params {
@@ -65,19 +65,22 @@ class Bem2dModel final : public DeformationModel {
   [[nodiscard]] PlanarCover MakeCover() const override;
   void ComputeInside(const std::vector<Eigen::Vector2d>& places,
                      std::vector<Eigen::Vector3d>* u_O) override;
-  // The mean of both elements at a vertex, what supports fix apart.
+  // Returns the mean of both elements at a vertex; components fixed by supports are treated
+  // separately.
   void ComputeTractions(std::vector<float>* pascals) override;
   [[nodiscard]] BoundaryState AtRest() const;
   [[nodiscard]] BoundaryState Shown() const;
   void Describe();
   [[nodiscard]] double MeasureUpdate();
   [[nodiscard]] bool Accept();
-  // The traction over E at a place without what a support takes, or a free motion.
+  // Returns the traction divided by E at a place, without reactions of supports, or the amplitude
+  // of a free motion.
   [[nodiscard]] Eigen::Vector2d AmplitudeOf(const PlaceForce& at) const;
   [[nodiscard]] bool Balances() const;
   void AddReaction(const ContactSlot& slot, ContactResponse* response) const;
-  // Whether the order of the elements falsifies this answer (element_error.h).
-  [[nodiscard]] bool IsFalsified(std::span<const ContactResponse> responses) noexcept;
+  // Returns whether the order of the elements causes too large an error of this answer
+  // (element_error.h).
+  [[nodiscard]] bool HasElementError(std::span<const ContactResponse> responses) noexcept;
 
   Params params_;
   GreensFunctions greens_;

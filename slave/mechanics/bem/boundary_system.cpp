@@ -48,10 +48,10 @@ struct HoleCentre {
   double radius = 0;   // of a circle around it that stays in the hole [m]
 };
 
-// The place in a hole that lies farthest from the body: the largest of the circles in it that touch
-// the boundary in the middle of an element of `loop`. Slits have one as well as discs. O(n^2).
-// A circle of radius r that touches the boundary at m with its centre along the unit normal n
-// leaves out the point q if |q - m|^2 >= 2 r n . (q - m).
+// Returns the point in a hole that is farthest from the body: the centre of the largest circle in
+// it that touches the boundary at the midpoint of an element of `loop`. It also exists in slits.
+// O(n^2). A circle of radius r that touches the boundary at m with its centre along the unit normal
+// n excludes the point q if |q - m|^2 >= 2 r n . (q - m).
 HoleCentre FindHoleCentre(const BoundaryMesh& mesh, int loop) {
   const auto first = mesh.elements.begin() + mesh.loop_begin[Index(loop)];
   const auto last = mesh.elements.begin() + mesh.loop_begin[Index(loop) + 1];

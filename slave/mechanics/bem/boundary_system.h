@@ -1,8 +1,8 @@
 // The equations of the boundary element method: H u = G t, collocated at the elements' nodes.
 //
 // Every unknown is in the column of its node and component: A_0 Y + Abar_0 Ybar = 0 with the
-// columns of H and G sorted by what the reference problem holds. Nondimensional: lengths by the
-// mesh's unit, tractions by E.
+// columns of H and G sorted by the quantities that the reference problem prescribes.
+// Nondimensional: lengths by the mesh's unit, tractions by E.
 #pragma once
 
 #include <array>
@@ -26,7 +26,8 @@ struct PlaneElasticity {
   static PlaneElasticity From(double nu, Plane plane);
 };
 
-// Boundary conditions of the reference problem: zero displacement, and free of traction elsewhere.
+// Boundary conditions of the reference problem: zero displacement on the fixed part, zero traction
+// on the rest.
 struct ReferenceProblem {
   BoundaryMesh mesh;                      // [m]
   std::vector<std::array<bool, 2>> held;  // per element: x, y
@@ -63,12 +64,12 @@ class BoundarySystem {
               Eigen::MatrixXd* G) const;
 
   // Holes in a body that hardly changes its volume. At nu = 0.5 the collocated equations admit, for
-  // each hole, any pressure that acts in the hole and on its boundary; with 1 / (1 - 2 nu) they
-  // lose it before. In the hole Somigliana's identity gives zero, and its divergence, divided by
-  // 1 - 2 nu, the pressure,
+  // each hole, any pressure that acts in the hole and on its boundary; below it the equations
+  // determine it with an error that grows as 1 / (1 - 2 nu). In the hole Somigliana's identity
+  // gives zero, and its divergence, divided by 1 - 2 nu, the pressure,
   //   int (r,j / r) t_j ds - 2 G int ((n_j - 2 r,j dr/dn) / r^2) u_j ds = 0,
-  // holds for every nu. One such row, taken in the hole's middle, makes up for what is lost. Column
-  // and row `first` + hole; the column's unknown, tractions along the normal at the hole's nodes,
+  // holds for every nu. One such row per hole, at its centre, determines the pressure. Column and
+  // row `first` + hole; the column's unknown, tractions along the normal at the hole's nodes,
   // vanishes with the discretisation error.
   void AppendHolePressures(Eigen::Index first, Eigen::MatrixXd* A, Eigen::MatrixXd* Abar) const;
   [[nodiscard]] int holes() const { return static_cast<int>(problem_.mesh.loop_begin.size()) - 2; }
@@ -84,7 +85,7 @@ class BoundarySystem {
   const PlaneElasticity& elasticity_;
 };
 
-// The element seen from `p_O` [m].
+// Returns the view of the element from `p_O` [m].
 struct ElementView ViewOf(const BoundaryMesh& mesh, int element, const Eigen::Vector2d& p_O);
 
 }  // namespace palpate

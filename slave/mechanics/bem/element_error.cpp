@@ -15,11 +15,12 @@ namespace {
 using Eigen::MatrixXd;
 using Eigen::Vector2d;
 
-// Cosine of the turn between two elements up to which their displacement is one smooth function
-// [-]. [derived: 45 degrees lie between the corners of a disc of nine elements and those of a box]
+// Smallest cosine of the angle between two elements with a common smooth displacement [-].
+// [derived: 45 degrees, between the angles of a polygon of nine elements and of a box]
 constexpr double kSmooth = 0.7;
 
-// Larger side by thickness above which a body bends [-]. [derived: 2 of squares and discs]
+// Ratio of larger side and thickness above which a body bends [-]. [derived: 2 of squares and
+// discs]
 constexpr double kSlender = 2.5;
 
 // The thickness is 2 A / P, which is the height for a long strip.
@@ -177,7 +178,7 @@ ElementError::ElementError(const ReferenceProblem& problem, const std::vector<Bo
   }
 }
 
-// Places at least one sample in the middle of each smooth side, and more in proportion to its
+// Chooses at least one probe at the midpoint of each smooth side, and more in proportion to its
 // elements.
 void ElementError::ChooseProbes(const ReferenceProblem& problem) {
   const BoundaryMesh& mesh = problem.mesh;

@@ -1,19 +1,20 @@
-// Error of a body's compliance by the order of its elements. Slender parts that bend have a large
-// error long before compact bodies do.
+// Estimates the error of a body's compliance that is caused by the order of its elements. It is
+// large for slender parts that bend.
 //
 // Between its nodes, the zeros of Legendre's P_n, the displacement of an element departs from the
-// discrete one by c P_n(s) to first order; c follows from the neighbours' values. This departure
-// belongs into the collocated equations, A_0 Y + T(c P_n) = -Abar_0 Ybar, and changes the answer by
+// discrete one by c P_n(s) to first order; c follows from the neighbours' values. This departure is
+// inserted into the collocated equations, A_0 Y + T(c P_n) = -Abar_0 Ybar, and changes the answer
+// by
 //
 //   delta = -A_0^-1 T(c P_n)
 //
 // a step of iterated defect correction (Stetter, Numer. Math. 29, 1978). Forces f on the boundary
 // do the work f . u / 2 in the discrete answer, and f . delta / 2 is missing: relative to each
-// other they are the error of the compliance. Two steps are taken; a series whose second term is
-// not small does not converge, and both terms together show it. No constant is chosen.
+// other they are the error of the compliance. Two steps are made. If the second term is not small,
+// the series does not converge, and the sum of both terms shows this. No constant is tuned.
 //
-// The estimate does not see what the tractions of supports leave out. Compact bodies, squares and
-// discs among them, do not bend: nothing is estimated.
+// The estimate does not include the error of the tractions at supports. Compact bodies such as
+// squares and discs do not bend, so nothing is estimated for them.
 #pragma once
 
 #include <array>

@@ -24,7 +24,8 @@ ElementNodes WithModes(ElementNodes nodes) {
 using Complex = LegendreMoments::Complex;
 
 constexpr std::size_t kFunctions = kModes + 1;
-constexpr double kFar = 2;      // |z| from which quadrature takes over: recurrence loses |z|^4
+// |z| from which quadrature is used, because the recurrence loses accuracy as |z|^4.
+constexpr double kFar = 2;
 constexpr int kFarPoints = 14;  // (2 + sqrt 3)^(-2 * 14) = 1e-16
 constexpr double kVeryFar = 8;
 constexpr int kVeryFarPoints = 7;  // 16^(-2 * 7) = 1e-17

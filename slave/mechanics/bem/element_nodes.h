@@ -1,13 +1,12 @@
-// Where boundary elements carry their values: one, two or three nodes inside each element, at the
-// points of Gauss's rule; and the integrals of Legendre's polynomials that these values are made
-// of.
+// Nodes of boundary elements: one, two or three inside each element, at the Gauss points; and the
+// integrals of the Legendre polynomials that interpolate their values.
 //
-// Elements are discontinuous: no node is shared, none lies in a corner. At every node the boundary
-// is smooth and has one normal, so that corners, the ends of what is fixed, contacts that begin
-// between two elements, and any number of loops need no rule of their own; a contact on an element
-// moves that element and no other. The price is two nodes per linear element where continuous ones
-// have one. At Gauss's points the nodes' weights integrate a traction exactly, and displacements
-// converge faster than the interpolation between the nodes does.
+// Elements are discontinuous: no node is shared, and none is at a corner. At every node the
+// boundary is smooth and has one normal, so corners, ends of supports, contacts that begin between
+// two elements, and several loops need no special rules; a contact on an element moves only that
+// element. The cost is two nodes per linear element instead of one. At Gauss's points the nodes'
+// weights integrate a traction exactly, and displacements converge faster than the interpolation
+// between the nodes does.
 #pragma once
 
 #include <array>
@@ -41,13 +40,13 @@ struct ElementNodes {
   static const ElementNodes& Of(ElementOrder order);
 };
 
-// Integrals of Legendre's polynomials against the logarithm and its derivatives: what linear and
-// quadratic boundary elements are made of.
+// Integrals of Legendre's polynomials against the logarithm and its derivatives: the building
+// blocks of linear and quadratic boundary elements.
 //
-// In an element's own frame, lengths over half the element's, the element is -1 <= s <= 1 and the
-// point that looks at it the complex number z. Kelvin's kernels are real and imaginary parts of
-// ln(z - s), 1 / (s - z) and 1 / (s - z)^2, and the integrals Legendre's functions of the second
-// kind:
+// In an element's own frame, with lengths divided by half the element's length, the element is -1
+// <= s <= 1 and the evaluation point is the complex number z. Kelvin's kernels are real and
+// imaginary parts of ln(z - s), 1 / (s - z) and 1 / (s - z)^2, and the integrals Legendre's
+// functions of the second kind:
 //
 //   int P_k / (s - z) ds = -2 Q_k(z),   int P_k ln(z - s) ds = 2 (Q_{k+1} - Q_{k-1}) / (2 k + 1)
 //
@@ -55,14 +54,14 @@ struct ElementNodes {
 struct LegendreMoments {
   using Complex = std::complex<double>;
   using Modes = std::array<Complex, kModes>;
-  Modes log{};     // of ln(z - s); not for k = 0, whose scale is not its own
+  Modes log{};     // of ln(z - s); not for k = 0, which depends on the unit of length
   Modes pole{};    // of 1 / (s - z), the derivative of -log
   Modes dipole{};  // of 1 / (s - z)^2, the derivative of pole
   Modes triple{};  // of 2 / (s - z)^3, the derivative of dipole
 
-  // To working precision relative to the largest mode, however near or far `z` is. On the element,
-  // imag(z) = 0 and |real(z)| < 1, Cauchy's principal values; dipole and triple are zero there, as
-  // what they are multiplied with is.
+  // Accurate to working precision relative to the largest mode for any `z`. On the element, imag(z)
+  // = 0 and |real(z)| < 1, the values are Cauchy principal values; dipole and triple are zero
+  // there, because their factors are zero.
   explicit LegendreMoments(Complex z);
 };
 

@@ -62,8 +62,8 @@ void ElementPlaces::FindElements(const Contact& contact, int element) {
   elements_.resize(count);
 }
 
-// A strip on a plane body gives way by 2 / (pi E t) ln(c L / width), L its larger side: c is 3.3
-// for the block of paper A, measured from its stiffness, and hardly counts.
+// The compliance of a strip on a plane body is 2 / (pi E t) ln(c L / width), L its larger side. c
+// has little influence; it is 3.3 for the block of paper A, from its stiffness.
 bool ElementPlaces::IsCoarse(double width) const {
   constexpr double kBody = 3.3;
   if (width == 0) return false;
@@ -90,8 +90,8 @@ void ElementPlaces::SetArms(const Contact& contact, int element,
   }
 }
 
-// The distance along the boundary from the middle of the patch to the contact's place [m]; nullopt:
-// its element is not part of the patch.
+// Returns the distance along the boundary from the patch's midpoint to the contact's position [m];
+// nullopt: its element is not part of the patch.
 std::optional<double> ElementPlaces::OffCentre(const Vector2d& p_O, int element) const {
   std::optional<double> before;
   double length = 0;

@@ -11,9 +11,9 @@
 
 namespace palpate {
 
-// Places are the elements' nodes: of one element or, of a contact with a width, of a patch, whose
-// nodes are moved alike or loaded evenly by their lengths. Keeps a reference to the Green's
-// functions.
+// Places are the nodes of one element or, for a contact with a width, of a patch of elements. Its
+// nodes have equal displacements or loads in proportion to their lengths. Keeps a reference to the
+// Green's functions.
 class ElementPlaces final : public ContactPlaces {
  public:
   // Nodes of a patch below which the moment of its force is unknown.

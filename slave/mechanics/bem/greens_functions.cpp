@@ -20,7 +20,7 @@ constexpr double kMinReciprocalCondition = 1e-13;
 constexpr double kMatricesAtOnce = 2;   // A and E, then E and the blocks
 constexpr double kPerIntegral = 60e-9;  // [s] for each entry of A and Abar
 constexpr double kOperationsPerSecond = 3e10;
-constexpr Eigen::Index kColumnsAtOnce = 64;  // that are solved for between looks for a stop
+constexpr Eigen::Index kColumnsAtOnce = 64;  // columns per solve, between checks for a stop request
 constexpr std::size_t kCacheLine = 64;       // bytes
 constexpr std::size_t kLargePage = 2 << 20;
 constexpr double kHeldMotion = 1e-9;  // a rigid motion this small at all held places is free
@@ -127,7 +127,8 @@ Eigen::Matrix<double, 2, 3> GreensFunctions::RigidModes(const Eigen::Vector2d& p
   return (Eigen::Matrix<double, 2, 3>() << 1, 0, -p.y(), 0, 1, p.x()).finished() * motions_;
 }
 
-// Rigid motions are u = c + w z x (p - p_mean). Those that vanish at all held components remain.
+// Rigid motions are u = c + w z x (p - p_mean). The free motions are those that vanish at all fixed
+// components.
 void GreensFunctions::FindFreeMotions() {
   const auto& elements = problem_.mesh.elements;
   double total = 0;
@@ -158,8 +159,8 @@ void GreensFunctions::FindFreeMotions() {
   motions_.rightCols(3 - free_motions_).setZero();
 }
 
-// H u - G m b = G t with the balancing tractions m b, which the holes' pressures see too; the mean
-// of m . u is prescribed.
+// H u - G m b = G t with the balancing tractions m b, which also affect the holes' pressures; the
+// mean of m . u is prescribed.
 void GreensFunctions::AppendFreeMotions(Eigen::MatrixXd* A, Eigen::MatrixXd* Abar) const {
   const Eigen::Index n = 2 * static_cast<Eigen::Index>(size());
   const Eigen::Index pressures = A->cols() - Abar->cols();
@@ -187,8 +188,8 @@ void GreensFunctions::Free::operator()(double* memory) const noexcept {
   std::free(memory);  // NOLINT(cppcoreguidelines-no-malloc): it came from aligned_alloc
 }
 
-// Contacts read blocks at random places: blocks do not straddle cache lines, and large pages, where
-// the system has them, spare a walk through its tables for each.
+// Contacts read blocks at random places. Blocks are therefore aligned to cache lines, and large
+// memory pages are used if available, to avoid page-table lookups.
 void GreensFunctions::StoreBlocks(const Eigen::MatrixXd& E) {
   const std::size_t alignment = memory_bytes() < kLargePage ? kCacheLine : kLargePage;
   const std::size_t bytes = (memory_bytes() + alignment - 1) / alignment * alignment;

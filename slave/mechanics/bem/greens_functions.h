@@ -1,10 +1,10 @@
-// Green's functions of a planar elastic body: what every boundary element does to every other one
-// under the reference boundary conditions (paper A, eqs. 3-6; James and Pai 2003).
+// Green's functions of a planar elastic body: the effect of every boundary element on every other
+// one under the reference boundary conditions (paper A, eqs. 3-6; James and Pai 2003).
 //
 // H P = G V, H = I / 2 + principal values of the traction kernel, collocated at the elements'
 // nodes: the midpoint of constant elements, two or three points of linear and quadratic ones. The
-// columns of H and G are sorted by what is unknown in the reference problem, A_0 Y + Abar_0 Ybar =
-// 0, and E = -A_0^-1 Abar_0 maps what is prescribed to what is not: tractions to displacements
+// columns of H and G are sorted by the unknowns of the reference problem, A_0 Y + Abar_0 Ybar = 0,
+// and E = -A_0^-1 Abar_0 maps prescribed quantities to unknown ones: tractions to displacements
 // where the body is free, displacements to reactions where it is fixed.
 //
 // Nondimensional inside: lengths by the mesh's length unit, tractions by E.
@@ -42,8 +42,8 @@ class GreensFunctions final : public Compliance {
   // Estimates time and memory on a present machine with one thread and the portable build.
   static PrecomputeCost Estimate(int elements, ElementOrder order);
 
-  // The 2x2 block of E, column-major: what node `j`'s prescribed components do at node `i`.
-  // One cache line at most, blocks of one column `j` lie one after the other.
+  // Returns the 2x2 block of E, column-major: the effect of node `j`'s prescribed components at
+  // node `i`. A block is at most one cache line; the blocks of a column `j` are contiguous.
   [[nodiscard]] const double* block(int i, int j) const {
     return blocks_.get() +
            4 * (static_cast<std::size_t>(j) * stride_ + static_cast<std::size_t>(i));
@@ -119,12 +119,12 @@ class GreensFunctions final : public Compliance {
   ElementError error_;
 };
 
-// Displacements and tractions on the whole boundary as a sum over what nodes were given.
+// Displacements and tractions on the whole boundary, as a sum over the prescribed values of nodes.
 class BoundarySum {
  public:
   explicit BoundarySum(const GreensFunctions& greens);
-  // The traction of node `j` that the reference problem leaves free, or the amplitude of one of the
-  // blocks beyond the nodes. O(N).
+  // Adds a traction at node `j` on the free boundary, or the amplitude of one of the blocks beyond
+  // the nodes. O(N).
   void Add(int j, const Eigen::Vector2d& value);
   void Finish(std::vector<Eigen::Vector2d>* displacement, std::vector<Eigen::Vector2d>* traction);
 

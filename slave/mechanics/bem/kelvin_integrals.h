@@ -27,7 +27,8 @@
 
 namespace palpate {
 
-// ln(q / p) for q - p = `difference`, for doubles accurate where the two are nearly equal.
+// Returns ln(q / p) for q - p = `difference`; for doubles it is accurate even if p and q are nearly
+// equal.
 template <typename T>
 T LogRatio(const T& p, const T& q, const T& difference) {
   using std::log;
@@ -70,8 +71,8 @@ struct KelvinIntegrals {
   }
 };
 
-// An element as a point sees it, lengths in units of the mesh: tangent, outward normal, and from
-// the point to the element's beginning along both.
+// An element relative to a point, lengths in units of the mesh: tangent, outward normal, and the
+// components along both from the point to the element's start.
 struct ElementView {
   Eigen::Vector2d t, n;
   double xi_a = 0, d = 0, length = 0;

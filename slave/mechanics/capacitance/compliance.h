@@ -43,14 +43,14 @@ class Compliance {
   // Points of contact: surface nodes (fem-green) or nodes of boundary elements
   // (bem2d), called places.
   [[nodiscard]] virtual int places() const = 0;
-  // Places beyond places(), all plain, whose amplitudes are the rigid motions that a body is free
-  // to make and whose displacements are the forces that are out of balance: where a contact
-  // prescribes a displacement, those must vanish.
+  // Number of additional places after places(): their amplitudes are the free rigid motions of the
+  // body, and their displacements are the unbalanced forces, which must vanish if a contact
+  // prescribes a displacement.
   [[nodiscard]] virtual int motions() const { return 0; }
   // components() squared numbers per place i: entry components() c + r is the displacement along r
-  // at i by a unit amplitude along c at `place`; what a support holds is no displacement, see
-  // FreeBlock. Columns may be computed at the first request, which needs milliseconds and memory;
-  // nullptr: no memory is left. The pointer stays valid.
+  // at i for a unit amplitude along c at `place`; entries of fixed components have another meaning,
+  // see FreeBlock. Columns may be computed at the first request, which takes milliseconds and
+  // memory; nullptr: out of memory. The pointer stays valid.
   virtual const double* Column(int place) = 0;
   // The force of a unit amplitude: where amplitudes are tractions, the length they act on.
   [[nodiscard]] virtual double measure(int /*place*/) const { return 1; }
@@ -60,7 +60,7 @@ class Compliance {
     const Eigen::Vector3d own = BlockAt(Column(place), place).diagonal();
     return {!(own[0] > 0), !(own[1] > 0), !(own[2] > 0)};
   }
-  // The block of a column `by` at the place `at`, zero along what is held.
+  // Returns the block of a column `by` at the place `at`, with zeros along fixed components.
   [[nodiscard]] virtual Eigen::Matrix3d FreeBlock(const double* column, int /*by*/, int at) {
     return BlockAt(column, at);
   }
@@ -111,7 +111,7 @@ class Compliance {
       to[2] = from[6 + r];
     }
   }
-  // The memory that FillBlock will read: columns are long and far apart.
+  // Prefetches the memory that FillBlock will read, because columns are long and distant in memory.
   void PrefetchBlock(const ForceUnknown& at, const ForceUnknown& by) const {
     const double* entry = by.shares[0].column + Entry(at.shares[0].place);
     __builtin_prefetch(entry);

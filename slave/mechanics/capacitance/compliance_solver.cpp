@@ -23,8 +23,8 @@ using Eigen::Vector3d;
 
 constexpr double kAbsurd = 1e6;  // larger sides
 
-// Columns that are found at once rather than the forces alone, since further values of the same
-// contacts cost less then (bench_mechanics, one to eight contacts).
+// Up to this number of unknowns all columns are computed instead of only the forces, because
+// further values of the same contacts are then cheaper (bench_mechanics, one to eight contacts).
 constexpr int kFewColumns = 16;
 
 ComplianceSolver::Params Checked(const ComplianceSolver::Params& params) {
@@ -70,7 +70,8 @@ double ComplianceSolver::MeasureUpdate(Compliance& compliance, ContactPlaces& pl
   ContactResponse response;
   constexpr int kTimes = 1000;
   std::chrono::steady_clock::time_point start;
-  for (int i = -2; i < kTimes; ++i) {  // the first two compute what is missing and make room
+  // The first two repetitions compute missing columns and allocate.
+  for (int i = -2; i < kTimes; ++i) {
     if (i == 0) start = std::chrono::steady_clock::now();
     solver.Respond({&contacts[Index(i & 1)], 1}, {&response, 1});
     if (response.validity == Validity::kFailed) return 0;
@@ -111,7 +112,7 @@ bool ComplianceSolver::WantsColumns(std::span<const Contact> contacts) const {
          std::ranges::any_of(contacts, &Contact::wants_stiffness);
 }
 
-// Finite, and not absurdly large: 1e300 m is a fault, not a displacement.
+// Returns whether the value is finite and plausible: 1e300 m is an error, not a displacement.
 bool ComplianceSolver::Acceptable(const Contact& contact) const noexcept {
   const bool moved = contact.kind == Contact::Kind::kDisplacement;
   const double largest = kAbsurd * (moved ? params_.larger_side : force_unit_);
@@ -135,7 +136,7 @@ bool ComplianceSolver::Prepare(std::span<const Contact> contacts) {
   return true;
 }
 
-// Additional compliance of a contact's disc against the wider disc that represents it:
+// Additional compliance of a contact's disc relative to the wider disc that represents it;
 // nondimensional, all components.
 Matrix3d ComplianceSolver::Lacking(const ContactSlot& slot) const {
   const double nu = params_.poisson_ratio;
@@ -145,7 +146,8 @@ Matrix3d ComplianceSolver::Lacking(const ContactSlot& slot) const {
   return length_unit_ * slot.footprint.narrower * disc.Around(slot.footprint.normal_O);
 }
 
-// The places move by so much less than the contact as all their forces together make it.
+// Reduces the displacement of the places relative to the contact by the additional compliance times
+// their total force.
 void ComplianceSolver::SoftenNarrow(const ContactSlot& slot) {
   if (slot.footprint.narrower == 0 || slot.load >= 0) return;
   const Matrix3d lacking = Lacking(slot);
@@ -211,7 +213,7 @@ void ComplianceSolver::FillUnitColumns(const ContactSlot& slot, double* first) c
   }
 }
 
-// The forces by unit values of every contact, and its stiffness.
+// Computes the forces for unit values of every contact, and the stiffness of each.
 void ComplianceSolver::SolveColumns() {
   const auto slots = set_.slots();
   const int components = compliance_.components();
@@ -230,7 +232,7 @@ void ComplianceSolver::SolveColumns() {
   }
 }
 
-// All forces of the contact by a displacement of all its places.
+// Returns the total force of the contact for a displacement of all its places.
 Matrix3d ComplianceSolver::StiffnessOf(const ContactSlot& slot, const double* first) const {
   Matrix3d stiffness = Matrix3d::Zero();
   const bool planar = compliance_.components() == 2;
@@ -244,7 +246,7 @@ Matrix3d ComplianceSolver::StiffnessOf(const ContactSlot& slot, const double* fi
   return stiffness;
 }
 
-// Inverse of the load's own compliance with the contacts kept in place.
+// Returns the inverse of the compliance under a load while the contacts are fixed.
 Matrix3d ComplianceSolver::StiffnessOfLoad(const ContactSlot& slot, const double* first) const {
   Matrix3d own = loads_.between(slot.load, slot.load);
   for (int r = 0; r < 3; ++r) {
@@ -255,7 +257,7 @@ Matrix3d ComplianceSolver::StiffnessOfLoad(const ContactSlot& slot, const double
       }
     }
   }
-  for (int c = 0; c < 3; ++c) {  // a held component moves by nothing, and no stiffness is known
+  for (int c = 0; c < 3; ++c) {  // a fixed component has zero displacement and an unknown stiffness
     if (slot.held[Index(c)]) own(c, c) = 1;
   }
   Matrix3d stiffness = own.inverse();
@@ -382,7 +384,7 @@ void ComplianceSolver::SetMomentOf(const ContactSlot& slot, ContactResponse* res
     const auto share = [&](std::size_t i) -> Vector3d { return places[i].weight * force; };
     return SetMoment(arms, slot.contact.width, share, response, params_.moment);
   }
-  // A place that a support holds has no unknown.
+  // A place fixed by a support has no unknown.
   if (Index(slot.unknowns) != arms.size()) return;
   const auto force_at = [&](std::size_t i) -> Vector3d {
     return force_unit_ * ForceOf(set_.unknowns()[Index(slot.unknown) + i]);

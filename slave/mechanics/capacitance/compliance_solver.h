@@ -3,8 +3,8 @@
 //   C f = u - u_loads,   C = block of the compliance at the touched places
 //
 // Source: capacitance matrix of James and Pai (2003); paper A, eqs. (5)-(7), in the form of a
-// compliance. ContactPlaces finds what a contact touches, so that surface nodes (fem-green) and
-// boundary elements (bem2d) are answered alike.
+// compliance. ContactPlaces finds the places of a contact, so the same solver serves surface nodes
+// (fem-green) and boundary elements (bem2d).
 #pragma once
 
 #include <array>
@@ -48,9 +48,9 @@ class ComplianceSolver {
   // outward normal at their place and are free across it; the response repeats the prescribed
   // value. kFailed: a place that is not found or has no column, a fixed place that is moved or
   // loaded (its compliance is zero), contacts that share a place, a load that lies completely under
-  // contacts, values that are not finite or beyond 1e6 larger sides. Fixed components that are not
-  // moved are no unknowns: the support carries their force. Stiffness is computed when it is first
-  // requested. O(m^2) if only values changed, O(m^3) otherwise, m unknown components.
+  // contacts, values that are not finite or beyond 1e6 larger sides. Fixed components with zero
+  // displacement are not unknowns: the support carries their force. Stiffness is computed when it
+  // is first requested. O(m^2) if only values changed, O(m^3) otherwise, m unknown components.
   void Respond(std::span<const Contact> contacts, std::span<ContactResponse> responses) noexcept;
 
   // Measures the time of an update after a contact has moved [us]: the contacts in turn, on a
@@ -67,8 +67,8 @@ class ComplianceSolver {
   [[nodiscard]] std::span<const ContactSlot> slots() const { return set_.slots(); }
   // Unknown components, those of free motions included.
   [[nodiscard]] int rows() const { return set_.rows(); }
-  // Every force on a place under the contacts of the last Respond, contacts, loads and free
-  // motions; a place may appear more than once. Empty if it failed.
+  // Returns the forces at all places of the last Respond: of contacts, loads and free motions. A
+  // place may appear more than once. Empty if Respond failed.
   void Forces(std::vector<PlaceForce>* forces) const;
 
  private:
@@ -110,7 +110,7 @@ class ComplianceSolver {
   // Nondimensional. Values: components() per contact, displacement or force; forces: amplitudes of
   // the unknown components.
   std::vector<double> values_, forces_, right_;
-  // Amplitudes by unit values, row-major; known if a stiffness was requested or contacts are few.
+  // Amplitudes for unit values, row-major; known if a stiffness was requested or contacts are few.
   std::vector<double> columns_;
   int column_stride_ = 0;
   bool columns_known_ = false;

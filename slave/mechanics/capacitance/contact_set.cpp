@@ -24,7 +24,7 @@ ContactSet::Outcome ContactSet::Fail(std::string_view why) {
 ContactSet::Outcome ContactSet::Update(std::span<const Contact> contacts) {
   failure_ = {};
   if (known_ && IsSame(contacts)) return Outcome::kSame;
-  if (crowded_) known_ = false;  // there may be room again
+  if (crowded_) known_ = false;  // a wider disc may be possible again
   if (!known_) count_ = 0;
   bool found = contacts.size() == Count() ? FindChanged(contacts) : FindSpliced(contacts);
   crowded_ = found && IsCrowded();
@@ -62,7 +62,7 @@ bool ContactSet::FindAsTheyAre(std::span<const Contact> contacts) {
   return found;
 }
 
-// Contacts that moved, each by itself.
+// Finds the contacts that moved, if their number is unchanged.
 bool ContactSet::FindChanged(std::span<const Contact> contacts) {
   for (int i = 0; i < count_; ++i) {
     ContactSlot& slot = slots_[Index(i)];
@@ -72,7 +72,8 @@ bool ContactSet::FindChanged(std::span<const Contact> contacts) {
   return true;
 }
 
-// Contacts that came or went: everything between the common beginning and the common end.
+// Updates added and removed contacts: all between the common beginning and the common end of both
+// lists.
 bool ContactSet::FindSpliced(std::span<const Contact> contacts) {
   const int now = static_cast<int>(contacts.size());
   const int shorter = std::min(now, count_);
@@ -203,7 +204,7 @@ void ContactSet::AddMotions() {
   }
 }
 
-// Places with an unknown of their own cannot be moved twice.
+// A place with its own unknown cannot be moved by two contacts.
 bool ContactSet::MarkMoved(const ContactSlot& slot) {
   const auto& places = slot.footprint.places;
   if (slot.footprint.point && places.size() > 1) return true;
@@ -274,7 +275,7 @@ void LoadCoupling::AddToUnknown(const ForceUnknown& at, const double* column, in
   }
 }
 
-// Displacement of a loaded place by the unknown's unit components.
+// Adds the displacement of a loaded place for unit components of the unknown.
 void LoadCoupling::AddToLoad(const ForceUnknown& by, int place, double weight, int load) {
   Eigen::Matrix3d sum = Eigen::Matrix3d::Zero();
   for (const auto& share : std::span(by.shares).first(Index(by.share_count))) {

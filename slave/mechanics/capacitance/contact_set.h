@@ -21,9 +21,10 @@ class ContactPlaces {
  public:
   virtual ~ContactPlaces() = default;
 
-  // Finds what `contact` touches; its kind, p_O, element and width count, its value does not.
-  // Empty: found; otherwise why not, one clause with static lifetime. Allocates nothing where
-  // `footprint` has room already. Called only for contacts that changed; the contact is finite.
+  // Finds the places of `contact` from its kind, p_O, element and width; its value is not used.
+  // Returns empty, or the reason why none is found, one clause with static lifetime. Does not
+  // allocate if `footprint` has enough capacity. Called only for contacts that changed; the contact
+  // is finite.
   virtual std::string_view Find(const Contact& contact, ContactFootprint* footprint) = 0;
   // Permits wider discs (SurfaceFootprints) for contacts that are too narrow for the mesh. They are
   // permitted at first.
@@ -113,16 +114,16 @@ class ContactSet {
   std::vector<int> moved_by_;  // per place: the last set in which a contact moved it
   int set_ = 0;
   bool known_ = false;
-  bool crowded_ = false;            // a neighbour kept a contact from a wider disc
+  bool crowded_ = false;            // a neighbour prevented a wider disc for a contact
   std::vector<ContactSlot> slots_;  // the first count_ are in use: footprints keep their memory
   int count_ = 0;
-  std::size_t max_places_ = 1;  // of a footprint so far: all slots have that much room
+  std::size_t max_places_ = 1;  // largest footprint so far, and capacity of every slot
   std::vector<ForceUnknown> unknowns_;
   int rows_ = 0, loads_ = 0;
   std::string_view failure_;
 };
 
-// Effect of loads on the places of contacts, on their own and on each other's. Nondimensional.
+// Displacements by loads at the places of contacts and of the loads themselves. Nondimensional.
 class LoadCoupling {
  public:
   explicit LoadCoupling(Compliance& compliance) : compliance_(compliance) {}

@@ -24,7 +24,8 @@ using Eigen::Vector3d;
 
 constexpr double kAbsurd = 1e6;  // larger sides
 
-// The tool ends by `excess` less far through the thickness, but where it ends with the body.
+// Shortens the tool by `excess` at its ends through the thickness, except where it ends with the
+// body.
 void Narrow(double excess, Prism* prism) {
   const double near = 1e-6 * prism->thickness;
   if (prism->front + prism->depth < prism->thickness - near) prism->depth -= excess;
@@ -39,7 +40,7 @@ struct ExtrudedModel::Place {
   int element = 0;
   Vector2d p_O{0, 0};
   double width = 0;      // [m]
-  PressedPrism pressed;  // stiffness by E and larger side; empty front: on a support
+  PressedPrism pressed;  // stiffness relative to E and the larger side; empty front: on a support
   [[nodiscard]] bool is_held() const { return pressed.front[0].empty(); }
 };
 
@@ -108,7 +109,7 @@ std::unique_ptr<ExtrudedModel::Place> ExtrudedModel::Prepare(int element, const 
   return place;
 }
 
-// nullptr: no element there.
+// Returns nullptr if there is no element at the contact.
 const ExtrudedModel::Place* ExtrudedModel::Find(const Contact& contact) {
   const Vector2d p_O = contact.p_O.head<2>();
   const int element = contact.element >= 0 ? contact.element : FindElement(mesh_, p_O);

@@ -2,8 +2,8 @@
 // it, glued. Linear. Contacts and displacements are those of a planar model: the outline is the
 // front edge of the body, which a camera sees.
 //
-// A place of the tool is prepared as a finite element solution of its own (pressed_prism.h) at its
-// first query. Later ones there are two by two numbers.
+// Each tool position needs a finite element solution (pressed_prism.h) at its first query. Later
+// queries there use a 2 x 2 stiffness.
 #pragma once
 
 #include <array>
@@ -18,8 +18,9 @@
 
 namespace palpate {
 
-// One contact at a time, moved or loaded; its width is the tool's. kFailed: more than one contact,
-// a tool on a part that is held. Preparing a place takes tenths of a second and allocates.
+// Accepts one contact at a time, moved or loaded; its width is that of the tool. kFailed: more than
+// one contact, a tool on a part that is held. Preparing a place takes tenths of a second and
+// allocates.
 class ExtrudedModel final : public DeformationModel {
  public:
   struct Params {
@@ -57,7 +58,7 @@ class ExtrudedModel final : public DeformationModel {
   Params params_;
   double larger_side_ = 0;  // [m]
   std::vector<std::unique_ptr<Place>> places_;
-  // Of the last query.
+  // Position of the last query.
   const Place* shown_ = nullptr;
   Eigen::Vector2d moved_O_{0, 0};  // the tool [m]
 };

@@ -22,17 +22,18 @@ using Eigen::Matrix3d;
 using Eigen::Vector2d;
 using Eigen::Vector3d;
 
-// Length of the elements at the tool's ends by its width, their growth by distance, and the longest
-// by the body's size. [tuned: 16 blocks against bricks: within 1.3 %]
+// Length of the elements at the tool's ends relative to its width, their growth per distance, and
+// the largest length relative to the body's size. [tuned: 16 blocks compared with hexahedra, within
+// 1.3 %]
 constexpr double kAtTool = 0.25, kGrowth = 0.5, kMaxEdge = 0.25;
-// Layers through the thickness: the first one beside an end of the tool by the smaller of its
-// extent and width, and their growth. [tuned: the same]
+// Layers through the thickness: size of the first one at an end of the tool relative to the smaller
+// of its extent and width, and growth of the layers. [tuned: the same]
 constexpr double kFirstLayer = 0.35, kLayerGrowth = 3.2;
-// Both of these first sizes for a body that is almost incompressible. [tuned: the same, nu = 0.49]
+// Factors on both first sizes for an almost incompressible body. [tuned: the same, nu = 0.49]
 constexpr double kFiner = 0.6, kAlmostIncompressible = 0.47;
 
-// Part of the first element by which a tool acts wider at its end. [measured: blocks against two
-// meshes of bricks, extrapolated; block_flat of presses.py]
+// Excess width of the tool at each end, relative to the first element. [measured: blocks against
+// two meshes of bricks, extrapolated; block_flat of presses.py]
 constexpr double kExcess = 0.15;
 
 double FinerFor(double nu) {
@@ -53,8 +54,8 @@ double SizeOf(const std::vector<Vector2d>& points) {
   return (high - low).maxCoeff();
 }
 
-// Seeds along the tool: a tool that reaches less far through the thickness than it is wide needs
-// elements as short as that below all of it.
+// Chooses the element lengths along the tool: if its extent through the thickness is smaller than
+// its width, the elements below it must be as short as the extent.
 TriangleMesh MeshOf(const Prism& prism, const std::array<Vector2d, 2>& tool) {
   const double width = (tool[1] - tool[0]).norm();
   const double size = SizeAtTool(prism, width);
@@ -66,12 +67,12 @@ TriangleMesh MeshOf(const Prism& prism, const std::array<Vector2d, 2>& tool) {
   return MakeGradedMesh(prism.points, prism.segments, sizes);
 }
 
-// Quadratic triangles: corners, then the middles of edges 01, 12, 20.
+// Quadratic triangles: corners, then the mid-edge nodes 01, 12, 20.
 struct PlaneMesh {
   std::vector<Vector2d> nodes;
   std::vector<std::array<int, 6>> triangles;
   struct Edge {
-    std::array<int, 3> nodes;  // a, b, middle
+    std::array<int, 3> nodes;  // ends a and b, mid-edge node
     int tag;
   };
   std::vector<Edge> boundary;
@@ -187,7 +188,7 @@ void Layers::Integrate() {
   }
 }
 
-// Ends of layers over a length from 0, at which the tool ends, on.
+// Returns the layer boundaries along a length; the tool ends at 0.
 std::vector<double> GrowingFrom(double first, double length) {
   std::vector<double> ends{0};
   double h = first;
@@ -234,10 +235,10 @@ Layers LayersOf(const Prism& prism, double width) {
   return layers;
 }
 
-// Which unknown of the body is where.
+// Numbers of the unknowns.
 class Unknowns {
  public:
-  enum : int { kHeld = -1, kMoved = -2 };  // by a support, and with the tool
+  enum : int { kHeld = -1, kMoved = -2 };  // fixed by a support; moved with the tool
 
   Unknowns(const PlaneMesh& mesh, const Layers& layers, const Prism& prism)
       : levels_(layers.count()), row_(3 * mesh.nodes.size() * Index(levels_), 0) {
@@ -322,11 +323,11 @@ class Stiffness {
   double lambda_, mu_;
 };
 
-// The system of the free unknowns, and what the tool's motion along x and y adds to it.
+// The system of the free unknowns, and its right-hand sides for tool motion along x and y.
 struct System {
   Eigen::SparseMatrix<double> upper;
   Eigen::MatrixXd right;               // minus the forces of a unit motion of the tool
-  Matrix2d direct = Matrix2d::Zero();  // force of the tool if nothing else moved
+  Matrix2d direct = Matrix2d::Zero();  // force of the tool if all other nodes were fixed
 
   System(const PlanePairs& pairs, const Layers& layers, const Stiffness& stiffness, Unknowns* rows);
 
@@ -380,7 +381,7 @@ Vector3d MotionOf(Unknowns* rows, const Eigen::MatrixXd& x, int node, int axis) 
     const int row = rows->at(node, 0, c);
     u[c] = row >= 0 ? x(row, axis) : row == Unknowns::kMoved && c == axis ? 1 : 0;
   }
-  u.z() *= -1;  // levels count from the front
+  u.z() *= -1;  // because levels count from the front
   return u;
 }
 

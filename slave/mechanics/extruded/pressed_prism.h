@@ -1,12 +1,12 @@
-// A linear-elastic prism that a rigid tool, glued to its side, moves: finite elements that are
-// quadratic triangles in the plane times quadratic lines through the thickness. The mesh is made
-// for this one tool, with small elements at its ends.
+// A linear-elastic prism that is moved by a rigid tool glued to its side. The finite elements are
+// products of quadratic triangles in the plane and quadratic lines through the thickness. The mesh
+// is made for this one tool, with small elements at its ends.
 //
 //   K = sum over components of plane integrals times integrals through the thickness
 //
-// Each entry of the stiffness is such a product, since the elements are. A tool in the middle of
-// the thickness needs half of it, by symmetry. Nondimensional: lengths by some unit, forces by E
-// and its square. Small strain, nu < 0.5.
+// Each entry of the stiffness is such a product, since the elements are. For a tool in the middle
+// of the thickness half of the prism is solved, by symmetry. Nondimensional: lengths by some unit,
+// forces by E and its square. Small strain, nu < 0.5.
 #pragma once
 
 #include <array>
@@ -29,9 +29,9 @@ struct Prism {
   double poisson_ratio = 0;
 };
 
-// How much wider than it is a rigid tool acts at each of its ends: the stress is singular there,
-// and the elements reach beyond them by a part of their length. The ends of `tool` and `front`,
-// `depth` below are to be those of a tool that is narrower by as much.
+// Excess width by which a discretised rigid tool acts wider at each end: the stress is singular
+// there, and the elements reach beyond the end by a part of their length. Reduce the ends of
+// `tool`, and `front` and `depth` below, by this excess.
 struct EndExcess {
   double along = 0, through = 0;  // the outline, the thickness
 };
@@ -42,15 +42,15 @@ struct PressedPrism {
   // Force on the tool per unit displacement along x and y. The tool does not turn and does not move
   // through the thickness.
   Eigen::Matrix2d stiffness = Eigen::Matrix2d::Zero();
-  // Displacement of the front face at the places asked for, per unit displacement of the tool along
+  // Displacement of the front face at the requested places, per unit displacement of the tool along
   // x and y; z points out of the face.
   std::array<std::vector<Eigen::Vector3d>, 2> front;
   int unknowns = 0, elements = 0;
 };
 
-// `tool`: its two ends on the outline. `places`: on the outline or inside. What a support holds in
-// x and y it holds in z too. Throws std::invalid_argument: the tool covers a support, or nothing
-// holds the body; std::runtime_error as MakeGradedMesh.
+// `tool`: its two ends on the outline. `places`: on the outline or inside. Supports that fix x and
+// y also fix z. Throws std::invalid_argument: the tool covers a support, or nothing holds the body;
+// std::runtime_error as MakeGradedMesh.
 PressedPrism PressPrism(const Prism& prism, const std::array<Eigen::Vector2d, 2>& tool,
                         const std::vector<Eigen::Vector2d>& places);
 

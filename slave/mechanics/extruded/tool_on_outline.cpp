@@ -26,7 +26,7 @@ int TagOf(const std::array<bool, 2>& held) {
   return (held[0] ? Prism::kHeldX : 0) + (held[1] ? Prism::kHeldY : 0);
 }
 
-// A vertex of the outline before some pieces are joined; its tag is that of the piece behind it.
+// A vertex of the outline before segments are joined; its tag is that of the following segment.
 struct Vertex {
   Vector2d p{0, 0};
   int tag = 0;
@@ -41,7 +41,7 @@ bool IsStraight(const std::vector<Vertex>& loop, std::size_t from, std::size_t t
   return true;
 }
 
-// Begins where the tag changes, if it does anywhere.
+// Joins the elements of a loop, beginning where the tag changes, if it does.
 void Join(std::vector<Vertex> loop, double slack, ToolOnOutline* outline) {
   for (std::size_t i = 0; i < loop.size(); ++i) {
     if (loop[i].tag == loop[(i + 1) % loop.size()].tag) continue;
@@ -51,7 +51,7 @@ void Join(std::vector<Vertex> loop, double slack, ToolOnOutline* outline) {
   const auto first = static_cast<int>(outline->points.size());
   for (std::size_t from = 0; from < loop.size();) {
     std::size_t to = from + 1;
-    // At least three segments remain of a loop.
+    // A loop keeps at least three segments.
     while (to < loop.size() && loop[to].tag == loop[from].tag && to - from < loop.size() / 3 &&
            IsStraight(loop, from, to + 1, slack)) {
       ++to;
@@ -63,7 +63,7 @@ void Join(std::vector<Vertex> loop, double slack, ToolOnOutline* outline) {
   }
 }
 
-// The part of a loop that a tool covers, by the way along it from the tool's middle [m].
+// The part of a loop under a tool, as arc length from the tool's centre [m].
 struct Reach {
   double before = 0, after = 0;
 };
@@ -115,7 +115,7 @@ std::optional<ToolOnOutline> PlaceTool(const BoundaryMesh& mesh,
       Join(std::move(vertices), slack, &placed);
       continue;
     }
-    // From the tool's element on: its way from the tool's middle is that of the tool's ends.
+    // Begins at the tool's element, so that arc lengths refer to the tool's centre.
     double length = 0;
     for (int e = begin; e < end; ++e) length += mesh.elements[Index(e)].length();
     const std::array<double, 2> ends{reach.after, length - reach.before};

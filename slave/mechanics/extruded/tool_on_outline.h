@@ -18,10 +18,9 @@ struct ToolOnOutline {
   std::array<Eigen::Vector2d, 2> ends;  // of the tool [m]
 };
 
-// A tool of `width` [m] around the point of `element` that is nearest to `p_O`. It ends at a corner
-// of the outline, beyond which it touches nothing. Elements in a row become one segment while none
-// of them leaves it by more than a thousandth of the larger side. nullopt: the tool covers a part
-// of what is held.
+// Places a tool of `width` [m] around the point of `element` that is nearest to `p_O`. The contact
+// ends at corners of the outline. Consecutive elements are merged into one segment if none deviates
+// from it by more than a thousandth of the larger side. nullopt: the tool covers a fixed part.
 std::optional<ToolOnOutline> PlaceTool(const BoundaryMesh& mesh,
                                        const std::vector<std::array<bool, 2>>& held, int element,
                                        const Eigen::Vector2d& p_O, double width);

@@ -23,16 +23,16 @@ namespace {
 
 constexpr double kDefaultRange = 0.1;  // largest |displacement| / larger side
 
-// How much the force of a plate that bends only is low at the centre's deflection w [thicknesses]:
-// von Karman's plate takes 1 + c w^2 times as much. c fits the clamped plate of `plate-large`: 1.8
-// % at 0.2, 10 % at 0.5, 30 % at 1; beyond, it says too much.
+// Returns the relative error of a plate without stretching at the central deflection w
+// [thicknesses]: the force of von Karman's plate is 1 + c w^2 times as large. c is fitted to the
+// clamped plate of `plate-large`: 1.8 % at 0.2, 10 % at 0.5, 30 % at 1; beyond, it is too large.
 double LackOfStretching(double w) {
   constexpr double c = 0.45;
   return 1 - 1 / (1 + c * w * w);
 }
 
-// Bending alone while the press stays where that is the plate's theory and within the tolerance. A
-// scene that states no press may be given any loads.
+// Chooses bending without stretching if the press is within its range and tolerance. A scene
+// without a stated press may get any load.
 ModelChoice ChoosePlate(const Scene& scene, double thickness) {
   const OperatorOptions& hand = scene.operator_options;
   constexpr double kThin = 0.5;  // largest deflection of a plate that bends only [thicknesses]
@@ -63,8 +63,8 @@ bool NeedsGeneralModel(const FemOptions& fem) {
          (IsHyperelastic(fem.law) && moves);
 }
 
-// Four-node tetrahedra, linear, co-rotational or neo-Hookean at rest, by their own fast model; ten
-// nodes and the other laws by the general one.
+// Uses the fast model for static four-node tetrahedra with a linear, co-rotational or neo-Hookean
+// law, and the general model for ten-node elements and other laws.
 std::unique_ptr<DeformationModel> MakeFem(const Scene& scene, const SolidMesh& mesh,
                                           Progress* progress) {
   const Material& material = scene.object.material;

@@ -25,9 +25,10 @@ struct ModelChoice {
 ModelChoice ChooseModel(const Scene& scene);
 // The kind of the scene's model. Throws std::invalid_argument: no such kind.
 const ModelKind& KindOf(const Scene& scene);
-// Whether that model finds itself where the scene's tool touches, see ShapesTool (model_kinds.h).
+// Returns whether that model computes the contact region of the scene's tool itself, see ShapesTool
+// (model_kinds.h).
 bool ShapesTool(const Scene& scene);
-// Whether a Respond of the scene's model is a step of time.
+// Returns whether each Respond of the scene's model is a time step.
 bool MovesInTime(const Scene& scene);
 bool IsLinear(const Scene& scene);
 // Precomputes the model; reports expected cost and progress to `progress`, if there is one. Throws
@@ -45,7 +46,8 @@ std::unique_ptr<PlateSurface> MakePlateModel(const Scene& scene, const MembraneD
 // Nodes that the models of volumes fix: those of the scene's supports, and those without a
 // tetrahedron, which have no stiffness.
 HeldNodes HeldTetNodes(const Scene& scene, const SolidMesh& mesh);
-// The width of the contacts of a scene [m]: that of its fingertips, else of its tool; 0: points.
+// Returns the width of the contacts of a scene [m]: that of its fingertips, else of its tool; 0:
+// points.
 double ContactWidth(const Scene& scene);
 
 }  // namespace palpate

@@ -13,14 +13,16 @@
 namespace palpate {
 namespace {
 
-// Width of a round tool's contact at a tenth of its radius deep, by that of its shaft. [by Hertz]
+// Contact width of a round tool at a depth of a tenth of its radius, relative to the shaft's width.
+// [by Hertz]
 constexpr double kRoundWidth = 0.3;
-constexpr double kNarrowest = 1e-3;  // of a contact, by l: a point has no width
-// Error of `extruded` by its own mesh [-]. From a Poisson ratio of 0.49 on its elements begin to
-// lock. [measured: five blocks of extruded_model_test, within 3 %; nu = 0.49 by presses.py, 4.8 %]
+constexpr double kNarrowest = 1e-3;  // smallest contact width relative to l, also used for a point
+// Discretisation error of `extruded` [-]. Its elements begin to lock at a Poisson ratio of 0.49.
+// [measured: five blocks of extruded_model_test, within 3 %; nu = 0.49 by presses.py, 4.8 %]
 constexpr double kExtrudedError = 0.03, kLockingError = 0.05, kLocks = 0.49;
-constexpr double kMinExtent = 0.25;  // extent of a tool by its width: the same
-constexpr double kUnsure = 0.1;      // of g [measured: plane_thickness.py]
+// Smallest extent of a tool relative to its width, from the same blocks.
+constexpr double kMinExtent = 0.25;
+constexpr double kUnsure = 0.1;  // of g [measured: plane_thickness.py]
 
 struct Lengths {
   double larger = 0, smaller = 0;  // L, l [m]

@@ -1,5 +1,5 @@
-// Where the force of a model under a tool was compared with that of a solid; elsewhere it is
-// `extrapolated`. What leaves out a dimension has such a domain:
+// Domains in which the force of a model under a tool was compared with that of a solid. Outside the
+// force is `extrapolated`. Models that leave out a dimension have such a domain:
 //
 // Plane models. A body of thickness T under a tool that reaches b <= T through it is neither in
 // plane stress nor in plane strain. With R the share by which plane stress is softer than plane
@@ -12,8 +12,8 @@
 //
 // for a contact of width w; L: the larger side of the outline's box; l: the smaller one, or 4 A / P
 // where that is less. R is nu^2 on a half-plane, R_layer in a thin layer under a wide tool. A tool
-// that is narrower than the body is thick is rated no better than one through all of it: there two
-// errors of opposite sign meet.
+// that reaches through a part of the thickness is rated no better than one through all of it,
+// because there two errors of opposite sign would cancel.
 //
 // An extruded outline is a solid: its mesh is made for one extent of the tool, and resolves one of
 // at least a quarter of the tool's width.
@@ -26,7 +26,8 @@
 // with q a = p + r, of the tool's outermost point (plate_law.h has this under an even load, at its
 // centre): for t of a / 80 to a / 40, r of 0.02 to 0.3 a, w up to 4 t and q up to 0.85
 // (tests/slave/mechanics/rigid_tool_test.cpp). A plate that bends only lacks the force of
-// stretching, (0.45 + 0.4 r/a + 3 (r/a)^2) (w/t)^2 of its own up to w = 0.5 t. A point is no face.
+// stretching, (0.45 + 0.4 r/a + 3 (r/a)^2) (w/t)^2 of its own up to w = 0.5 t. A point contact has
+// no face, so it has no such domain.
 #pragma once
 
 #include <string_view>
@@ -57,8 +58,8 @@ inline constexpr std::string_view kNoToolOnPlate =
 inline constexpr std::string_view kRigidOnPlate =
     "under a rigid flat tool here the plate's error is beyond model.tolerance";
 
-// Error of a plane model's force by what it leaves out of a solid, relative [-]; infinite: the
-// tool's extent is not stated. 0 for other objects.
+// Returns the relative error of a plane model's force against a solid [-]; infinite: the tool's
+// extent is not stated. 0 for other objects.
 double PlaneError(const Scene& scene, const Tool& tool, const ObjectMesh& mesh);
 
 // A rigid flat tool on a plate.

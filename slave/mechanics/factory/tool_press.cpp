@@ -15,7 +15,7 @@ namespace {
 
 using Eigen::Vector3d;
 
-// A ring of this share of l has a deflection under its load that differs by 2 % from that of a
+// Largest ring radius relative to l: the deflection under its load differs by 2 % from that of a
 // point: c^2 (1 + 2 ln(l / c)) / l^2. [derived]
 constexpr double kWidestRing = 0.06;
 constexpr double kDeepestSink = 0.02;  // of the deflection

@@ -27,7 +27,7 @@ namespace palpate {
 inline constexpr std::string_view kPointOnPlate =
     "the plate wraps the round tool, or the tool sinks into it: its contact is no point";
 
-// Whether the force of the scene's tool is that of a contact that grows with the depth.
+// Returns whether the contact area of the scene's tool grows with the depth.
 [[nodiscard]] bool IsTouchedRound(const Scene& scene);
 
 class ToolPress {
@@ -36,9 +36,10 @@ class ToolPress {
   // Throws std::invalid_argument: see RoundIndenter; a round tool with a model in time.
   ToolPress(const Scene& scene, const Tool& tool, const ObjectMesh& mesh);
 
-  // The tool's middle touches first at `contact.p_O` and has moved by `contact.prescribed_O` since.
-  // `contact.width` counts for a flat tool only. `solution`: the contacts of the model, one or, of
-  // a growing contact, each place that is touched. kFailed without a surface there.
+  // Computes a press: the tool's centre first touches at `contact.p_O` and has moved by
+  // `contact.prescribed_O` since. `contact.width` is used for flat tools only. `solution`: the
+  // contacts of the model, one or, of a growing contact, each place that is touched. kFailed
+  // without a surface there.
   [[nodiscard]] ContactResponse Press(const Contact& contact, DeformationModel* model,
                                       Solution* solution) noexcept;
 

@@ -13,11 +13,11 @@ namespace {
 
 using Eigen::Vector3d;
 
-constexpr double kNoWeight = 1e-9;  // of a point's weights, squared
+constexpr double kNoWeight = 1e-9;  // sum of squared weights of a point
 constexpr int kMaxMotions = 24;
 constexpr double kFreeMotionShift = 1e-5;  // keeps the factor definite
 
-// Component `c` of a sum: its weights squared, and what it is of `x`.
+// Returns for component `c` the sum of squared weights, and the weighted sum of `x`.
 std::pair<double, double> Weigh(const HeldComponents::Sum& sum, const NodeVector& x, int c) {
   double square = 0, value = 0;
   for (int a = 0; a < 3; ++a) {
@@ -198,7 +198,7 @@ Vector3d Constraints::Sum(int k, const NodeVector& force) const noexcept {
   Vector3d sum = Vector3d::Zero();
   for (int c = 0; c < 3; ++c) {
     if (contact.sum >= 0 && contact.blocked.v[c] == 0) {
-      // Uses the free nodes: the force on the others is mixed with that of supports.
+      // Uses the free nodes only, because the force on fixed nodes includes that of supports.
       const auto [square, value] = Weigh(held_.sums[Index(contact.sum)], force, c);
       sum[c] = value / square;
       continue;

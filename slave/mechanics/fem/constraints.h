@@ -1,9 +1,10 @@
-// Which motions of a body's nodes are possible: supports, contacts that hold nodes or points, and,
-// in statics, rigid motions that no support prevents, which are removed by a zero mean.
+// The admissible motions of a body's nodes under supports and contacts that prescribe nodes or
+// points. In statics free rigid motions are removed by a zero mean.
 //
-// With C u = d for what is fixed and Z the free rigid motions (Z^T M Z = I) the possible changes
-// are the range of P = (I - Z Z^T M) P_C, P_C the orthogonal projector on the kernel of C. Contacts
-// share no node, so C's rows are orthogonal and P_C costs what C has entries.
+// With C u = d for the prescribed displacements and Z the free rigid motions (Z^T M Z = I) the
+// possible changes are the range of P = (I - Z Z^T M) P_C, P_C the orthogonal projector on the
+// kernel of C. Contacts share no node, so the rows of C are orthogonal and P_C costs as many
+// operations as C has entries.
 #pragma once
 
 #include <span>
@@ -29,11 +30,12 @@ struct HeldComponents {
   };
   NodeVector free;            // per node and component: 1 free, 0 fixed
   std::vector<Sum> sums;      // of nodes that share an element
-  std::vector<Guide> guides;  // nodes that move in a plane, their components free else
+  std::vector<Guide> guides;  // nodes that may move in a plane only
   double shift = 0;           // added to the diagonal, relative to it: where rigid motions are free
 };
 
-// A node that a tool touches: all of it goes to `target`, or its component along `normal` does.
+// A node that a tool touches: its displacement is `target`, or only its component along `normal`
+// is.
 struct TouchedNode {
   int node = -1;
   bool sticks = false;
@@ -48,16 +50,16 @@ class Constraints {
 
   // Removes all contacts; the supports stay.
   void Clear();
-  // Each adds one contact, numbered from 0. False: a node is fixed by another contact already.
-  // Nodes that move alike, whatever their weights.
+  // The functions below each add one contact, numbered from 0. False: a node is already fixed by
+  // another contact. HoldNodes: all nodes have the same displacement; weights are ignored.
   [[nodiscard]] bool HoldNodes(std::span<const PlaceWeight> nodes);
   // The weighted mean of at most three nodes.
   [[nodiscard]] bool HoldPoint(std::span<const PlaceWeight> nodes);
-  // Replaces the nodes that tools touch, which supports and other contacts leave free. Does not
-  // allocate beyond what was reserved.
+  // Replaces the list of nodes that tools touch. Supports and other contacts must not fix them.
+  // Does not allocate beyond the reserved memory.
   void HoldTouched(std::span<const TouchedNode> nodes);
   void ReserveTouched(std::size_t most);
-  // Another contact holds the node.
+  // Returns whether another contact fixes the node.
   [[nodiscard]] bool IsTaken(int node) const {
     return taken_by_[static_cast<std::size_t>(node)] != 0;
   }
@@ -67,7 +69,7 @@ class Constraints {
   // Prescribes the displacement of contact k. False: it is not zero along a fixed component.
   [[nodiscard]] bool Move(int k, const Eigen::Vector3d& displacement);
 
-  // lift = the least change of u that brings the contacts to `share` of their prescribed
+  // lift = the smallest change of u that brings the contacts to `share` of their prescribed
   // displacement, without free motions. Returns its largest component.
   double Lift(const NodeVector& u, double share, NodeVector& lift) const noexcept;
   // held = the part of u that contacts prescribe, which P removes together with that of supports.

@@ -262,7 +262,7 @@ void FemBody::FindTouching() {
   }
 }
 
-// Blocks with a node that is fixed go behind the last one.
+// Blocks with a fixed node are redirected to a dummy block after the last one.
 void FemBody::FindPairs() {
   TetElements::GroupBlocks none;
   for (auto& pair : none) pair.fill(pattern_.blocks());

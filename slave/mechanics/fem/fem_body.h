@@ -59,14 +59,14 @@ class FemBody {
 
   // Forces, energy and rotations at a displacement; the two below are of the last one.
   ElementSummary Evaluate(const NodeVector& u) noexcept { return elements_.Evaluate(u, team_); }
-  // The same and the tangent there: exact in the neo-Hookean law, plus `shift` times a stiffness
-  // against every gradient; else as AssembleTangent has it.
+  // Computes the same and the tangent: exact for the neo-Hookean law, plus `shift` times a
+  // stiffness against every gradient; for other laws that of AssembleTangent.
   ElementSummary EvaluateWithTangent(const NodeVector& u, double shift,
                                      BlockMatrix& tangent) noexcept;
   void ForgetRotations() noexcept { elements_.ForgetRotations(); }
   void InternalForce(NodeVector& f) noexcept;
-  // mass M + stiffness K, K with warped element matrices R K_0 R^T; the law being linear, K is K_0.
-  // Not of the neo-Hookean law.
+  // mass M + stiffness K, K with warped element matrices R K_0 R^T; for the linear law K is K_0.
+  // Not for the neo-Hookean law.
   void AssembleTangent(double mass, double stiffness, BlockMatrix& matrix) noexcept;
   // The mean rotation of a few of each moving node's elements, as a unit quaternion s, x, y, z.
   void NodeRotations(NodeVector& rotations) const noexcept;

@@ -19,10 +19,11 @@ using fem::NodeVector;
 
 constexpr double kLinearRange = 0.1;  // of the larger side
 constexpr double kBalanced = 1e-6;    // of the loads' sizes
-// Way of a tool between two accepted states [edges], and what it may be cut to. [tuned: tool_test]
+// Largest and smallest path of a tool between two accepted states [edges]. [tuned: tool_test]
 constexpr double kIncrement = 0.25, kMinIncrement = 1.0 / 64;
-constexpr int kRehearsed = 30'000;          // elements
-constexpr int kRehearsedInSteps = 300'000;  // where a query is a step on two grids
+constexpr int kRehearsed = 30'000;  // elements
+// The limit for bodies whose queries use steps with the two-grid solver.
+constexpr int kRehearsedInSteps = 300'000;
 
 bool Dynamic(const FemOptions& options) {
   return options.time == FemOptions::Time::kDynamic;
@@ -76,7 +77,7 @@ void CheckMaterial(const Material& material, const FemOptions& options) {
   }
 }
 
-// All that can be refused is refused before the work starts.
+// Checks all parameters before the expensive work starts.
 VolumeModel::Traits CheckedTraits(const SolidMesh& mesh, const HeldNodes& held,
                                   const FemModel::Params& params, Progress* progress) {
   const FemOptions& options = params.options;
@@ -222,7 +223,7 @@ bool FemModel::Hold(std::span<const Contact> contacts) {
   return !tools_ || HoldTools(contacts);
 }
 
-// Contacts that were there before keep the way that they came.
+// Contacts that existed before keep their path.
 bool FemModel::HoldTools(std::span<const Contact> contacts) {
   std::swap(accepted_, former_);
   accepted_.assign(contacts.begin(), contacts.end());

@@ -29,13 +29,13 @@ class FemModel final : public VolumeModel {
     // Largest |displacement| / larger side before `extrapolated` [-]; 0: 0.1 in the linear law,
     // none in the others.
     double range = 0;
-    // At rest: time after which an update gives what it has, `extrapolated` unless it reached the
-    // residual [s]; one step is always made. 0: none.
+    // For static models: time after which an update returns its present result, as `extrapolated`
+    // unless it reached the residual [s]. One step is always made. 0: no limit.
     double deadline = 0;
-    // At rest. Other than bonded flat tools, contacts that move and have a width, or are not flat,
-    // are rigid tools that first touch at p_O: nodes come and go under them, and with friction
-    // their force depends on their way, which is taken as straight from one query to the next. The
-    // body is held by supports then.
+    // For static models. Without bonding, moving contacts that have a width or are not flat are
+    // rigid tools that first touch at p_O. The set of nodes that touch them changes. With friction
+    // their force depends on their path, which is assumed straight between two queries. The body
+    // must then be fixed by supports.
     ContactLaw contact = ContactLaw::kBonded;
     double friction = 0;  // Coulomb's coefficient, with kFriction [-]
     Tool tool{};
@@ -89,7 +89,7 @@ class FemModel final : public VolumeModel {
   [[nodiscard]] bool IsTool(const Contact& contact) const;
   bool HoldTools(std::span<const Contact> contacts);
   bool MoveTools(std::span<const Contact> contacts);
-  // `part` of the way from what was accepted last.
+  // Prescribes the contacts at the share `part` between the last accepted ones and the new ones.
   bool Prescribe(std::span<const Contact> contacts, double part);
   void SetGravity();
   void Describe();
@@ -114,9 +114,9 @@ class FemModel final : public VolumeModel {
   std::vector<int> hold_;  // per contact: its number in constraints_; -1: none
   std::optional<fem::ToolContacts> tools_;
   std::vector<int> tool_;  // per contact: its number in tools_; -1: none
-  // Per contact where there are tools: what was prescribed last.
+  // Last prescribed contacts, if there are tools.
   std::vector<Contact> accepted_, former_;
-  std::vector<PlaceWeight> moved_;  // room: a contact's nodes by their numbers in the body
+  std::vector<PlaceWeight> moved_;  // scratch: a contact's nodes by their numbers in the body
 };
 
 }  // namespace palpate

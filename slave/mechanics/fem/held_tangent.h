@@ -1,5 +1,5 @@
-// The tangent of a body as a factor takes it: the upper triangle by its scalars, with what is held
-// replaced.
+// The tangent of a body in the form for a factorisation: the scalar entries of the upper triangle,
+// with rows of fixed components replaced.
 #pragma once
 
 #include "slave/mechanics/fem/constraints.h"

@@ -13,23 +13,25 @@
 namespace palpate::fem {
 namespace {
 
-constexpr std::size_t kMaxEntries = 12'000'000;       // of a factor
-constexpr std::size_t kMaxEntriesTwice = 2'000'000;   // of one kept in both precisions
+constexpr std::size_t kMaxEntries = 12'000'000;  // of a factor
+// Largest number of entries of a factor that is stored in both precisions.
+constexpr std::size_t kMaxEntriesTwice = 2'000'000;
 constexpr std::size_t kMaxEntriesLate = 300'000'000;  // of a late one
-// Multiplications of a factorisation done in the time of one of a solution, which waits for memory.
+// Ratio of the speeds of multiplications in a factorisation and in a solution, which is limited by
+// memory.
 constexpr double kFactorSpeed = 4;
 // Operations of a factorisation done in the time that an iteration takes per block.
 constexpr double kLateSpeed = 600;
-// Rounding of a residual [-]: what is left of one so small need not be among the possible forces,
-// and iterating on it spoils the answer.
+// Relative rounding error of a residual [-]: a smaller residual may be inconsistent with the
+// constraints, and iterating on it would spoil the answer.
 constexpr double kRounding = 2e-15;
 constexpr double kTiny = 1e-300;
 constexpr double kGridsWorth = 12;  // iterations that new grids must save
-// Solutions in which a factor is replaced, and the share of its worth from which on it is: it ages
-// meanwhile. [tuned: SwingingStep]
+// Number of solutions over which a factor is replaced step by step, and the fraction of its cost
+// after which the replacement begins early. [tuned: SwingingStep]
 constexpr double kParts = 8, kEarly = 0.5;
 constexpr int kMaxIterations = 20'000;
-constexpr int kMaxWithFactor = 400;  // iterations with a factor; more make a new one worth it
+constexpr int kMaxWithFactor = 400;  // iterations with a factor above which a new one is made
 constexpr int kMaxStagnant = 1'000;  // iterations without a better residual
 
 double LargestDiagonal(const BlockMatrix& A) {
@@ -53,7 +55,8 @@ void SolveWith(SparseLdlt<Scalar>& factor, const NodeVector& r, NodeVector& z,
   }
 }
 
-constexpr double kIndependent = 1e-8;  // of a direction's square, after what it shares is removed
+// Smallest remaining share of a direction's square after orthogonalisation.
+constexpr double kIndependent = 1e-8;
 
 }  // namespace
 
@@ -122,8 +125,8 @@ SolveOutcome LinearSolver::Solve(const BlockMatrix& A, const Constraints& constr
   const double digits = std::log10(Norm(r) / std::max(target, kTiny));
   SolveOutcome outcome = Iterate(A, constraints, r, x, target);
   int before = 0;
-  // A factor that has aged too much, or was made of too few digits, is replaced by a better one,
-  // the diagonal by a factor.
+  // A factor that is too old or not precise enough is replaced by a better one, and the diagonal
+  // preconditioner by a factor.
   for (const Kind better : {Kind::kSingle, Kind::kDouble}) {
     if (outcome.converged || outcome.indefinite || Stopped()) break;
     if (!has_factor()) {
@@ -149,8 +152,8 @@ void LinearSolver::Prepare(const BlockMatrix& A, const HeldComponents& held, Kin
   PrepareGrids(A, held);
 }
 
-// Components that a factor wrongly fixes or frees cost a few iterations. They count towards the
-// factor's age. Grids that the matrix does not suit are tried again with the next one.
+// Components that an outdated factor wrongly fixes or frees need a few iterations, which add to its
+// age. If the grids do not fit a matrix, they are tried again with the next one.
 void LinearSolver::FollowMatrix(const BlockMatrix& A, const HeldComponents& held) noexcept {
   if (has_factor()) return;
   renewed_ = kind_ == Kind::kGrids && grids_->Renew(A, held.free, held.guides);
@@ -159,8 +162,8 @@ void LinearSolver::FollowMatrix(const BlockMatrix& A, const HeldComponents& held
   due_ = grids_.has_value();
 }
 
-// Grids that have aged take the new matrix; if that does not make them young, the coarse one too.
-// A coarse grid made before a contact held the body would move what it holds.
+// Outdated grids get the new matrix; if this is not sufficient, the coarse grid is rebuilt, too. A
+// coarse grid from before a contact would move the nodes that the contact fixes.
 void LinearSolver::PrepareGrids(const BlockMatrix& A, const HeldComponents& held) noexcept {
   const bool aged = excess_ > refactor_worth_;
   const bool coarse_serves = coarse_serves_ && !(aged && renewed_) &&
@@ -180,7 +183,7 @@ void LinearSolver::PrepareGrids(const BlockMatrix& A, const HeldComponents& held
 
 void LinearSolver::CountAge(int iterations, double digits) noexcept {
   if (kind_ == Kind::kDiagonal) return;
-  if (kind_ == Kind::kGrids) {  // solutions to unlike accuracy
+  if (kind_ == Kind::kGrids) {  // the accuracy of solutions differs
     if (iterations == 0 || !(digits > 0)) return;
     const double rate = iterations / digits;
     young_rate_ = young_rate_ > 0 ? std::min(young_rate_, rate) : rate;
@@ -223,7 +226,7 @@ void LinearSolver::ContinueNext(const BlockMatrix& A, const HeldComponents& held
 
 // Factors in single precision if that is requested and possible, else in double precision.
 bool LinearSolver::Factor(const BlockMatrix& A, const HeldComponents& held, Kind kind) noexcept {
-  if (!upper_) return false;  // too large
+  if (!upper_) return false;  // the factor would be too large
   young_iterations_ = -1;
   excess_ = 0;
   upper_->Fill(A, 1 / LargestDiagonal(A), held);
@@ -362,7 +365,7 @@ void SolutionHistory::Keep(const NodeVector& solution) noexcept {
   change_ = solution;
   known_ = std::min(known_ + 1, kDepth);
   for (auto& difference : differences_) {
-    std::swap(difference, change_);  // now change_ is the older one of this order
+    std::swap(difference, change_);  // change_ now contains the older difference of this order
     for (std::size_t i = 0; i < change_.size(); ++i) {
       for (std::size_t c = 0; c < 3; ++c) change_[i].v[c] = difference[i].v[c] - change_[i].v[c];
     }

@@ -1,7 +1,7 @@
 // Linear systems with the tangent of a body: conjugate gradients in double precision among the
 // possible motions, preconditioned by a factor of an earlier tangent or, for large bodies, by a
-// cycle of two grids; at rest these get a factor too, once they have iterated for as long as that
-// takes.
+// cycle of two grids; in statics these also get a factor, after the iterations have taken as long
+// as a factorisation would.
 #pragma once
 
 #include <array>
@@ -23,7 +23,8 @@ namespace palpate::fem {
 
 struct SolveOutcome {
   bool converged = false;
-  bool indefinite = false;  // a direction of negative curvature was met; x is what came before it
+  // The iterations met a direction of negative curvature; x is the iterate before it.
+  bool indefinite = false;
   int iterations = 0;
 };
 
@@ -34,10 +35,10 @@ class LinearSolver {
     // A factor in single precision will do where it exists, as where tangents change and it ages
     // anyway.
     bool single = false;
-    // Large bodies get one, of single precision, once it is worth its time.
+    // Large bodies get a single-precision factor when it saves time.
     bool late_factor = false;
-    double max_flops = kAnyFlops;        // of a factor that goes first
-    SearchProgress* progress = nullptr;  // asked on the way whether to stop; may be null
+    double max_flops = kAnyFlops;  // largest cost of a factor that is made at once [operations]
+    SearchProgress* progress = nullptr;  // queried for a stop request during the work; may be null
   };
   LinearSolver(const FemBody& body, const Params& params);
 
@@ -68,7 +69,7 @@ class LinearSolver {
   SolveOutcome Iterate(const BlockMatrix& A, const Constraints& constraints, NodeVector& r,
                        NodeVector& x, double target) noexcept;
   void CountAge(int iterations, double digits) noexcept;
-  // `turns_`: how each node has turned since the matrix of the factor.
+  // Computes `turns_`: the rotation of each node since the matrix of the factor.
   void FindTurns() noexcept;
   void TurnBack(const NodeVector& r, NodeVector& turned) const noexcept;
   void Turn(NodeVector& z) const noexcept;
@@ -81,19 +82,20 @@ class LinearSolver {
   const FemBody& body_;
   SearchProgress* progress_;
   bool direct_ = false;
-  bool late_factor_ = false;          // the grids go first
-  bool factorable_ = true;            // as far as is known
+  bool late_factor_ = false;          // the grids are used first
+  bool factorable_ = true;            // as far as known
   int spent_ = 0;                     // iterations with the grids
   int late_worth_ = 0;                // of the late factor, in such
   std::optional<HeldTangent> upper_;  // of the matrix that is factored
   std::unique_ptr<SparseLdlt<float>> single_factor_;
-  // Replaces an aged factor in use. Each solution makes a part of it, from the matrix that was new
-  // when the first part was made, so that no step of motion takes much longer than others.
+  // Replaces an outdated factor while it is in use. Each solution computes a part of the new
+  // factor, from the matrix at the time of the first part, so that no time step takes much longer
+  // than others.
   enum class Next { kNone, kDue, kBegun };
   Next next_ = Next::kNone;
-  std::unique_ptr<SparseLdlt<float>> next_factor_;  // null: aged factors are replaced at once
-  // An aged factor is used in axes that turned with the nodes: in large motions most of what
-  // changes in a tangent are these turns.
+  std::unique_ptr<SparseLdlt<float>> next_factor_;  // null: outdated factors are replaced at once
+  // An outdated factor is used in axes that rotate with the nodes, because rotations are most of
+  // the change of a tangent in large motions.
   NodeVector rotations_, next_rotations_;  // when the matrices of the two were new
   NodeVector now_;                         // and now
   std::vector<Eigen::Matrix3d> turns_;
@@ -103,9 +105,9 @@ class LinearSolver {
   std::optional<TwoGrid> grids_;        // of large bodies
   bool coarse_serves_ = false;          // of the grids, for later matrices too
   bool renewed_ = false;                // the fine grid, since the coarse one was made
-  bool follows_ = false;                // what was made for another matrix
-  double young_rate_ = 0;               // least iterations per digit with these grids
-  std::vector<double> inverse_blocks_;  // nine per row, where all else fails
+  bool follows_ = false;                // reuses data of another matrix
+  double young_rate_ = 0;               // smallest number of iterations per digit with these grids
+  std::vector<double> inverse_blocks_;  // nine per row, used if all other preconditioners fail
   Kind kind_ = Kind::kNone;
   bool due_ = true;
   int young_iterations_ = -1;  // of the first solution after factoring
@@ -122,7 +124,7 @@ class SolutionHistory {
 
   void Clear() noexcept { known_ = 0; }
   void Keep(const NodeVector& solution) noexcept;
-  // product = A x, and what Improve needs of A.
+  // Computes product = A x, and the parts of A that Improve needs.
   void Multiply(const BlockMatrix& A, const Constraints& constraints, const NodeVector& x,
                 NodeVector& product) noexcept;
   // x += guess, r -= P^T A guess; `r` = P^T (b - A x).

@@ -29,8 +29,8 @@ class SearchProgress {
   // The search is late from `deadline` [s] after its begin on; 0: never. On a driven clock, which
   // no search advances, it never is: answers do not depend on the machine.
   void LimitTo(double deadline) noexcept { deadline_ = deadline; }
-  // Reports a solution with `residual` whose target is `target`. The share done is that of the
-  // digits.
+  // Reports a solution with `residual` whose target is `target`. The progress is the share of the
+  // digits reached.
   void Reach(double residual, double target) noexcept {
     if (progress_ == nullptr || !(residual > 0) || !(target > 0)) return;
     first_ = std::max(first_, residual);

@@ -1,11 +1,12 @@
 // The rotation of a deformation gradient, for eight elements at a time.
 //
-//   R = argmax over SO(3) of tr(R^T F), the polar rotation with det R = +1, through inversion too.
+//   R = argmax over SO(3) of tr(R^T F), the polar rotation with det R = +1, also for inverted
+//   elements.
 //
-// Newton's method on the rotation vector: w = axial(S - S^T), H = tr(S) I - sym(S), S = R^T F,
-// R <- R exp([H^-1 w]). A stationary rotation with H > 0 is the only maximum (of the four
-// stationary quaternions just one is), so the solution is checked, not hoped for. What is kept is
-// the unit quaternion (s, v) and E = S - I, so that tiny strains keep all their digits.
+// Newton's method on the rotation vector: w = axial(S - S^T), H = tr(S) I - sym(S), S = R^T F, R <-
+// R exp([H^-1 w]). A stationary rotation with H > 0 is the only maximum (of the four stationary
+// quaternions just one is), so the solution can be verified. The unit quaternion (s, v) and E = S -
+// I are stored, so that tiny strains keep all digits.
 #pragma once
 
 #include <array>

@@ -12,22 +12,24 @@ namespace {
 constexpr int kMaxSteps = 1000;            // of Newton's method with the warped tangent
 constexpr int kMaxHyperelasticSteps = 60;  // the same with the exact tangent
 constexpr double kMinPart = 1.0 / 64;      // smallest part of a load that is applied in one step
-// Operations of a factor that is worth making in every step of the exact tangent.
+// Largest cost of a factor that is made in every step with the exact tangent [operations].
 constexpr double kFactorOnce = 3e8;
-// Size of a stiffness against every gradient that makes an exact tangent definite, in units of E.
+// Additional stiffness that makes an exact tangent definite, in units of E.
 constexpr double kMinShift = 1.0 / 64, kMaxShift = 4;
-constexpr int kMaxHalvings = 24;      // of one such step
-constexpr double kInner = 1e-2;       // of a linear system's right hand side
-constexpr double kErrorShare = 0.3;   // of the residual, left by the estimate of its effect
+constexpr int kMaxHalvings = 24;     // of one such step
+constexpr double kInner = 1e-2;      // tolerance of a linear system relative to its right-hand side
+constexpr double kErrorShare = 0.3;  // accuracy of the error estimate relative to the residual
 constexpr double kLinearShare = 0.5;  // of the residual aimed at, left by a linear system
 constexpr double kForSteps = 0.6;     // share of the deadline for steps; the rest is for the error
-// Share of a motion's square that the newer ones must leave, else it adds no direction [-].
+// Smallest share of a motion's square that is independent of newer motions, else it adds no
+// direction [-].
 constexpr double kIndependent = 1e-2;
 constexpr double kMaxAhead = 3;  // largest factor of an earlier motion in the prediction [-]
-// Residual that shows that a contact has gone, of the one that an equilibrium leaves at most [-].
+// Residual that indicates the end of a contact, relative to the largest one of an equilibrium [-].
 constexpr double kLetGo = 2;
 constexpr double kSufficient = 1e-4;
-// Where a factor makes digits cheap, the residual is driven this far below the requested one.
+// Target of the residual relative to the requested one, because with a factor additional accuracy
+// is cheap.
 constexpr double kAimDirect = 1e-4, kAimIterative = 0.3, kAimTouching = 0.6;
 // Growth of the residual by new contacts, relative to the rest of it, from which on the next step
 // needs no tangent of its own [-].
@@ -151,7 +153,8 @@ bool StaticEquilibrium::Solve(const NodeVector& f_ext, const Constraints& constr
   return false;
 }
 
-// All at once if Newton's method takes it, else in parts that are halved until it does.
+// Applies the whole load at once if Newton's method converges, else parts that are halved until it
+// does.
 bool StaticEquilibrium::SolveInParts(const NodeVector& f_ext,
                                      const Constraints& constraints) noexcept {
   good_u_ = u_;
@@ -175,8 +178,8 @@ bool StaticEquilibrium::SolveInParts(const NodeVector& f_ext,
   return true;
 }
 
-// Whether a contact that bore a force has gone. It moves the body without moving: this motion, and
-// those in which it moved, predict none of the contacts that are left.
+// Returns whether a contact with a force has ended. The body then moves although no contact moves,
+// so this motion and those of the ended contact cannot predict the remaining contacts.
 bool StaticEquilibrium::LetsGo(const Constraints& constraints) noexcept {
   if (!hyperelastic_ || !has_new_constraints_) return false;
   if (!is_current_) Update(With::kForces);
@@ -243,8 +246,8 @@ void StaticEquilibrium::LearnMotion(const Constraints& constraints) noexcept {
   motion_count_ = std::min(motion_count_ + 1, kMotions);
 }
 
-// Weighs the residual with the duals of all contacts, by one more solution with the last tangent.
-// The remainder of the deadline is for its few iterations.
+// Multiplies the residual by the dual solutions of all contacts, with one more solution with the
+// last tangent. The remaining time of the deadline is used for its few iterations.
 void StaticEquilibrium::EstimateError(const Constraints& constraints) noexcept {
   if (!hyperelastic_) return;
   SetZero(x_);
@@ -394,7 +397,7 @@ bool StaticEquilibrium::Advance(const Constraints& constraints, bool lifted,
     Add(length, x_, u_);
     Update(With::kForces);
     if (lifted || params_.linear) return std::isfinite(summary_.energy);
-    // Beyond an element inside out lie equilibria to which no slow load leads.
+    // Equilibria with inverted elements cannot be reached by a slow load.
     if (hyperelastic_ && !began_inverted && summary_.inverted > 0) continue;
     if (Potential() <= energy - kSufficient * length * slope) return true;
     if (FreeResidual(constraints) < (1 - kSufficient * length) * size) return true;

@@ -24,7 +24,7 @@ class StaticEquilibrium {
     // Time after which the best answer so far is returned [s]. At least one step with a whole
     // linear solution is made. 0: no deadline.
     double deadline = 0;
-    Progress* progress = nullptr;  // of searches that take long; may be null, else outlives this
+    Progress* progress = nullptr;  // for long searches; may be null, else must outlive this
   };
   // Keeps a reference to the body.
   StaticEquilibrium(FemBody& body, const Params& params);
@@ -55,7 +55,7 @@ class StaticEquilibrium {
   [[nodiscard]] const NodeVector& reaction() const { return reaction_; }
   [[nodiscard]] const ElementSummary& summary() const { return summary_; }
   [[nodiscard]] double residual() const { return relative_residual_; }
-  [[nodiscard]] bool ended_early() const { return ended_early_; }  // by the deadline
+  [[nodiscard]] bool ended_early() const { return ended_early_; }  // because of the deadline
   // First-order errors by the residual of the last query with the neo-Hookean law: of the
   // displacements, and of the nodal forces of contacts and supports.
   [[nodiscard]] const NodeVector& displacement_error() const { return x_; }
@@ -119,7 +119,7 @@ class StaticEquilibrium {
   double shift_ = 0;      // stiffness added to make a tangent definite
   double reference_ = 0;  // the loads' and reactions' norm
   double before_ = 0;     // norm of the reactions before the query
-  double released_ = 0;   // takes the place of reference_ once the loads are gone
+  double released_ = 0;   // replaces reference_ when there are no loads any more
   double relative_residual_ = 0;
   int newton_steps_ = 0, iterations_ = 0;
 };

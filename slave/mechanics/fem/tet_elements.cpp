@@ -10,8 +10,9 @@ namespace palpate::fem {
 namespace {
 
 constexpr int kNewtonSteps = 8;
-constexpr double kTurned = 1e-16;   // square of the last turn: the next one would be its square
-constexpr double kDefinite = 1e-9;  // det H of tr(H)^3, 1/27 at rest
+// Square of the last rotation step below which iteration stops, since convergence is quadratic.
+constexpr double kTurned = 1e-16;
+constexpr double kDefinite = 1e-9;  // smallest det H relative to tr(H)^3 (1/27 at rest)
 
 PALPATE_INLINE bool Any(const Mask8& mask) {
   long long any = 0;
@@ -27,9 +28,9 @@ PALPATE_INLINE LaneQuaternion Turned(const LaneQuaternion& q, const Double8& x, 
   return {t.s * n, t.x * n, t.y * n, t.z * n};
 }
 
-// One step of Newton's method; `open` says which lanes have not arrived, `wrong` where H is not
-// positive definite. A turn by d / (2 + d^2 / 2) is the exact half-angle to third order and
-// bounded.
+// One step of Newton's method. `open`: lanes that have not converged; `wrong`: lanes where H is not
+// positive definite. A rotation by d / (2 + d^2 / 2) equals the exact half-angle to third order and
+// is bounded.
 PALPATE_INLINE LaneQuaternion NewtonTurn(const LaneQuaternion& q, const Lanes3x3& G, Mask8& open,
                                          Mask8& wrong) {
   const Lanes3x3 E = StretchMinusIdentity(RotationMinusIdentity(q), G);
@@ -55,8 +56,8 @@ PALPATE_INLINE LaneQuaternion NewtonTurn(const LaneQuaternion& q, const Lanes3x3
   return Turned(q, half * dx, half * dy, half * dz);
 }
 
-// Lanes that Newton's method cannot vouch for, one by one. Used: clang 16 forgets what only clones
-// of a function call.
+// Processes lanes for which Newton's method did not converge, one by one. `used`, because clang 16
+// drops functions that only clones call.
 [[gnu::noinline, gnu::used]] void TurnOneByOne(const Lanes3x3& G, const Mask8& unsure,
                                                LaneQuaternion& q) {
   for (int l = 0; l < kLanes; ++l) {
@@ -99,7 +100,7 @@ PALPATE_INLINE Lanes3x3 GradientOf(const TetGroup& group, const NodeValue* u) {
   return G;
 }
 
-// Eight vectors per corner, the first corner's minus the sum of the others'.
+// Adds eight vectors per corner; those of the first corner are minus the sum of the others.
 PALPATE_INLINE void Scatter(const std::array<std::array<Double8, 3>, 3>& of, NodeValue* out) {
   std::array<std::array<Double8, 3>, 4> corner;
   for (std::size_t c = 0; c < 3; ++c) {
@@ -114,7 +115,7 @@ PALPATE_INLINE void Scatter(const std::array<std::array<Double8, 3>, 3>& of, Nod
   }
 }
 
-// v + Q v for the three gradients, times a weight.
+// Returns v + Q v for the three gradients, multiplied by a weight.
 PALPATE_INLINE std::array<std::array<Double8, 3>, 3> Applied(
     const Lanes3x3& Q, const std::array<std::array<Double8, 3>, 3>& g, const Double8& weight,
     bool plus_identity) {
@@ -186,8 +187,9 @@ PALPATE_DISPATCHED void EvaluateGroups(TetGroup* groups, const NodeValue* u, con
   }
 }
 
-// Adds the block of one pair of corners of eight elements. A column is read and written with the
-// first number of what follows it, which keeps its value: all are read before any is written.
+// Adds the block of one pair of corners of eight elements. A column is read and written together
+// with the next number in memory, which keeps its value, because all are read before any is
+// written.
 PALPATE_INLINE void AddBlocks(const std::array<int, kLanes>& blocks, const Lanes3x3& K,
                               double* values) {
 #pragma GCC unroll 8

@@ -30,7 +30,7 @@ struct ElementSummary {
   int first_inverted = -1;  // the first of them
 };
 
-// Where tangents go: nine numbers per block, those at or above the diagonal.
+// Destination of tangents: nine numbers per block, for the blocks at or above the diagonal.
 struct TangentTarget {
   double* values = nullptr;
   double shift = 0;  // added to the law's multiple of the identity [E]

@@ -9,10 +9,11 @@ namespace palpate::fem {
 
 namespace {
 
-constexpr double kGain = 1e-6;       // of the energies that are exchanged
+constexpr double kGain = 1e-6;       // tolerance relative to the exchanged energies
 constexpr double kRounding = 1e-14;  // of the forces that cancel
 
-// reaction = A dv - b; r = P^T (b - A dv), which is its opposite where nothing acts.
+// Computes reaction = A dv - b and r = P^T (b - A dv), which is the negative reaction at free
+// nodes.
 void LinearReaction(const BlockMatrix& A, const Constraints& constraints, const NodeVector& dv,
                     const NodeVector& b, const NodeVector& r, NodeVector& reaction) noexcept {
   reaction = r;
@@ -81,7 +82,7 @@ bool TimeStepper::Advance(const NodeVector& f_ext, const Constraints& constraint
   return std::isfinite(now_.energy);
 }
 
-// A = M + h D + h^2 K, brought near one by a common factor.
+// Assembles A = M + h D + h^2 K, scaled to about one by a common factor.
 void TimeStepper::Assemble() noexcept {
   if (params_.linear && is_assembled_) return;
   const double h = params_.step;
@@ -102,7 +103,7 @@ void TimeStepper::RightHandSide(const NodeVector& f_ext, const Constraints& cons
   Add(1, x_, b_);
 }
 
-// dv_ of the linearised step, with what contacts prescribe.
+// Solves for dv_ of the linearised step with the prescribed motion of contacts.
 bool TimeStepper::Solve(const Constraints& constraints) noexcept {
   const double h = params_.step;
   work_ = now_.u;
@@ -138,7 +139,7 @@ void TimeStepper::SetMotion() noexcept {
   Add(params_.step, now_.v, now_.u);
 }
 
-// Nodes that move: impulses become forces. The others: what is out of balance.
+// For moving nodes impulses are converted to forces; for fixed nodes the reaction is the imbalance.
 void TimeStepper::FindReaction(const NodeVector& f_ext) noexcept {
   for (std::size_t i = 0; i < reaction_.size(); ++i) {
     const bool moves = static_cast<int>(i) < body_.moving();
@@ -148,7 +149,7 @@ void TimeStepper::FindReaction(const NodeVector& f_ext) noexcept {
   }
 }
 
-// The energy, and what of it did not come in through loads and contacts.
+// Updates the energy, and the part that loads and contacts did not add.
 void TimeStepper::Balance(const NodeVector& f_ext) noexcept {
   const double before = now_.energy;
   body_.MultiplyMass(now_.v, work_);

@@ -17,7 +17,7 @@ class TimeStepper {
  public:
   struct Params {
     double step = 0;          // h, in the body's unit of time, > 0
-    double residual = 1e-6;   // of the right hand side's norm
+    double residual = 1e-6;   // relative to the norm of the right-hand side
     double damping_mass = 0;  // a, b: in units of time
     double damping_stiffness = 0;
     bool linear = false;
@@ -43,7 +43,7 @@ class TimeStepper {
   [[nodiscard]] const NodeVector& reaction() const { return reaction_; }
   [[nodiscard]] const ElementSummary& summary() const { return summary_; }
   [[nodiscard]] double energy() const { return now_.energy; }  // elastic and kinetic
-  // The last step ended with more energy than was put in, by more than rounding.
+  // Returns whether the last step ended with more energy than was added, beyond rounding.
   [[nodiscard]] bool gained_energy() const { return gained_energy_; }
   struct LinearSolve {
     double residual = 0;  // relative
@@ -75,7 +75,7 @@ class TimeStepper {
   LinearSolver solver_;
   SolutionHistory history_;
   bool is_assembled_ = false;
-  Motion now_, kept_;  // kept: a step begins with it and is taken back to it
+  Motion now_, kept_;  // kept_: state at the start of a step, restored if the step fails
   NodeVector f_int_, reaction_;
   NodeVector dv_, b_, r_, x_, lift_, work_;
   ElementSummary summary_;

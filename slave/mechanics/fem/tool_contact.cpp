@@ -12,12 +12,13 @@ namespace {
 
 using Eigen::Vector3d;
 
-constexpr double kRim = 1e-9;      // tolerance of the rim, by a flat tool's extent
-constexpr double kMargin = 2;      // distance from the tool up to which nodes are examined [edges]
-constexpr double kMaxTurning = 3;  // stiffness of turning friction, by the node's own
-constexpr int kMaxChanges = 25;    // changes of contact in one increment
+constexpr double kRim = 1e-9;  // tolerance of the rim relative to a flat tool's extent
+constexpr double kMargin = 2;  // distance from the tool up to which nodes are examined [edges]
+// Stiffness due to the rotation of friction, relative to that of the node.
+constexpr double kMaxTurning = 3;
+constexpr int kMaxChanges = 25;  // changes of contact in one increment
 // Number of updates after which friction changes by half and keeps its direction between steps.
-// That is slower, and settles nodes that stick and slip in turn.
+// This is slower, but converges for nodes that alternate between sticking and slipping.
 constexpr int kDamped = 10;
 constexpr double kMinSlack = 1e-9;
 
@@ -55,7 +56,8 @@ void ToolContact::Reset() noexcept {
   shares_ = false;
 }
 
-// The centre of the sphere that is nearest to `x`: a capsule has one at each place of its middle.
+// Returns the centre of the tool's sphere nearest to `x`; a capsule has one at each point of its
+// axis.
 Vector3d ToolContact::CentreNear(const Vector3d& x) const noexcept {
   const Vector3d centre = placement_.p + displacement_ + tool_.radius * placement_.normal;
   if (tool_.shape != Tool::Shape::kCapsule) return centre;
@@ -73,7 +75,7 @@ bool ToolContact::IsUnderFace(const Vector3d& from_apex) const noexcept {
          (across - x * along).norm() <= half_width;
 }
 
-// Whether a node of the deformed body faces the tool and can reach it in this increment.
+// Returns whether a node of the deformed body faces the tool and can reach it in this increment.
 bool ToolContact::IsNear(const TouchableNode& at, const Vector3d& moved) const noexcept {
   if (at.normal.dot(placement_.normal) <= 0) return false;
   const double margin = kMargin * at.edge + (displacement_ - accepted_displacement_).norm();
@@ -119,7 +121,7 @@ void ToolContact::FindGap(const NodeVector& u, Point* point) const noexcept {
   const Vector3d at = point->at->rest + AtNode(u, point->at->node);
   const Vector3d centre = CentreNear(at), from = at - centre;
   const double distance = from.norm();
-  // Nodes beside the tool's middle and above it are not pushed sideways.
+  // Nodes above the tool's centre are not pushed sideways.
   point->reached = distance > 0 && placement_.normal.dot(from) < 0;
   if (point->reached) point->normal = from / distance;
   point->least = tool_.radius + point->normal.dot(centre - point->at->rest);
@@ -151,7 +153,7 @@ ToolContact::State ToolContact::Next(const NodeVector& u, const NodeVector& reac
   if (std::isinf(friction_)) return State::kSticks;
   const Vector3d slid = Across(n, moved - displacement_ - point->anchor);
   Vector3d across = Across(n, force);
-  // How far one that sticks is moved does not count before a step has moved it.
+  // The displacement of a sticking node is not evaluated before a step has moved it.
   if (point->state != State::kSticks) across -= point->at->stiffness * slid;
   const double most = friction_ * pressed, size = across.norm();
   const bool sticks =
@@ -166,7 +168,8 @@ ToolContact::State ToolContact::Next(const NodeVector& u, const NodeVector& reac
       was_apart || !(size > 0) ? Vector3d(Vector3d::Zero()) : Vector3d(most / size * across);
   point->friction = judged_ > kDamped ? Vector3d(0.5 * (point->friction + next)) : next;
   point->judged = moved;
-  // The friction turns with the sliding: d t = -mu lambda_n / |slid| times what goes aside.
+  // The friction rotates with the sliding direction: d t = -mu lambda_n / |slid| times the lateral
+  // motion.
   point->aside = n.cross(across).stableNormalized();
   const double stiffest = kMaxTurning * point->at->stiffness;
   point->turning = most < stiffest * slid.norm() ? most / slid.norm() : stiffest;

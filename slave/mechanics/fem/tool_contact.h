@@ -4,13 +4,13 @@
 //   tangential:  |lambda_t| <= mu lambda_n;  a node that sticks stays where it touched the tool,
 //                one that slips is dragged against its sliding
 //
-// Between steps of Newton's method every node is apart, sticks or slips: one that sticks is held
-// where the tool carries it, one that slips is held along the tool's normal and bears mu times its
-// last normal reaction across it. What a step finds decides for the next one: a node that would be
-// pulled lets go, one that is inside the tool touches it, one whose reaction leaves Coulomb's cone
-// slips, one that slips so little that its friction would bring it back sticks (a primal-dual
-// active set; Alart and Curnier, Comput. Methods Appl. Mech. Eng. 92, 1991; Hueeber, Stadler and
-// Wohlmuth, SIAM J. Sci. Comput. 30, 2008). Sliding is counted per increment of the tool's way.
+// In each step of Newton's method every node is free, sticks or slips. A sticking node has the
+// displacement of the tool. A slipping node has it along the tool's normal, with a tangential load
+// of mu times its last normal reaction. After the step a node with a pulling reaction becomes free,
+// a free node inside the tool touches, a node whose reaction leaves Coulomb's cone slips, and a
+// node that slips so little that its friction would reverse it sticks (a primal-dual active set;
+// Alart and Curnier, Comput. Methods Appl. Mech. Eng. 92, 1991; Hueeber, Stadler and Wohlmuth, SIAM
+// J. Sci. Comput. 30, 2008). Sliding is measured per increment of the tool's path.
 //
 // Units of fem_body.h: length the larger side, force E times its square.
 #pragma once
@@ -28,13 +28,13 @@
 
 namespace palpate::fem {
 
-// A node of the surface whose components are all free.
+// A node of the surface without fixed components.
 struct TouchableNode {
   int node = -1;                    // of the body
   Eigen::Vector3d rest{0, 0, 0};    // position at rest
   Eigen::Vector3d normal{0, 0, 0};  // outward, unit
   double edge = 0;                  // mean length of the edges around it
-  double stiffness = 0;             // its own, against a force across the surface
+  double stiffness = 0;             // stiffness of the node against a force normal to the surface
 };
 
 class ToolContact {
@@ -55,7 +55,7 @@ class ToolContact {
   // by `u`. May be called again for another increment from there.
   void Begin(const Eigen::Vector3d& displacement, const NodeVector& u) noexcept;
   // Owners of nodes of the body: a tool's number, or one of these.
-  static constexpr int kNoTool = -1, kTaken = -2;  // kTaken: held by another contact
+  static constexpr int kNoTool = -1, kTaken = -2;  // kTaken: fixed by another contact
   // Makes nodes that touch this tool its own.
   void Claim(int me, std::vector<int>* owner) const noexcept;
   // Updates which nodes touch and stick, after the displacements `u` and with the nodal forces
@@ -67,7 +67,7 @@ class ToolContact {
   void Accept(const NodeVector& u, const NodeVector& reaction) noexcept;
 
   void AddTouched(std::vector<TouchedNode>* touched) const noexcept;
-  // Displacement of the tool, hence of its touching nodes, in this increment; they stick or slip.
+  // Displacement of the tool in this increment, which its sticking nodes share.
   [[nodiscard]] Eigen::Vector3d way() const { return displacement_ - accepted_displacement_; }
   void Carry(const Eigen::Vector3d& way, NodeVector* moved) const noexcept;
   // Adds `times` what turning friction is to the tangent.
@@ -85,7 +85,8 @@ class ToolContact {
   [[nodiscard]] double reach() const { return reach_; }
   // Some node was left to another tool.
   [[nodiscard]] bool shares() const { return shares_; }
-  // Which nodes touch was found, within the changes that an increment may take.
+  // Returns whether the set of touching nodes converged within the permitted number of changes per
+  // increment.
   [[nodiscard]] bool settles() const;
   // The force that an error of the reactions makes, by the same nodes.
   [[nodiscard]] Eigen::Vector3d ForceOf(const NodeVector& reaction) const noexcept;
@@ -93,7 +94,7 @@ class ToolContact {
   [[nodiscard]] const Eigen::Vector3d& displacement() const { return accepted_displacement_; }
   [[nodiscard]] double depth() const { return std::abs(placement_.normal.dot(displacement_)); }
   [[nodiscard]] const Placement& placement() const { return placement_; }
-  // Within which the way of one increment should stay.
+  // Length that the path of one increment should not exceed.
   [[nodiscard]] double edge() const { return edge_; }
 
  private:

@@ -24,7 +24,7 @@ std::vector<double> EdgesAround(const SurfaceMesh& surface) {
   return sum;
 }
 
-// Mean of the triangles around, by their areas.
+// Returns the mean normal of the surrounding triangles, weighted by their areas.
 std::vector<Vector3d> NormalsAround(const SurfaceMesh& surface) {
   std::vector<Vector3d> normals(surface.nodes.size(), Vector3d::Zero());
   for (std::size_t t = 0; t < surface.triangles.size(); ++t) {

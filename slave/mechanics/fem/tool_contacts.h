@@ -1,5 +1,4 @@
-// The rigid tools that touch a body, together: what they are to each other, to supports and to
-// contacts that hold nodes.
+// All rigid tools that touch a body. Assigns each node to one tool, support or contact.
 #pragma once
 
 #include <span>
@@ -19,8 +18,8 @@ class ToolContacts {
   // Keeps references. Nodes that supports hold in some direction are not touched.
   ToolContacts(const SolidMesh& mesh, const FemBody& body, Constraints& constraints);
 
-  // The tools from now on, after the constraints have their other contacts; one that was there
-  // before at the same place keeps its state. Lengths in metres. False: no surface is at a place.
+  // Sets the tools. Call it after the other contacts are in the constraints. A tool at the same
+  // place as before keeps its state. Lengths in metres. False: there is no surface at a place.
   struct Touch {
     Tool tool;
     Eigen::Vector3d p_O{0, 0, 0};
@@ -42,8 +41,7 @@ class ToolContacts {
   // Updates which nodes touch, see ToolContact::UpdateTouching. Returns whether they have changed.
   bool UpdateTouching(const NodeVector& u, const NodeVector& reaction, double slack,
                       bool steps) noexcept;
-  // Replaces the motion of nodes that touch by the increment's way of their tool, or by `ways` of
-  // another one.
+  // Returns the displacement of a tool in the present increment.
   [[nodiscard]] Eigen::Vector3d Way(int tool) const { return at(tool).way(); }
   void Carry(std::span<const Eigen::Vector3d> ways, NodeVector* moved) const noexcept;
   void AddStiffness(double times, BlockMatrix* tangent) const noexcept;

@@ -16,11 +16,12 @@ using Eigen::Vector3d;
 constexpr double kLocks = 0.49;         // Poisson's ratio from which tet4 answers are far too stiff
 constexpr double kAbsurd = 1e6;         // larger sides
 constexpr std::size_t kTextSize = 240;  // of a remark
-// Nodes under a tool that is no disc with which its force is within a tenth. [measured:
+// Smallest number of nodes under a tool other than a disc for an accuracy of 10 %. [measured:
 // round_indenter_test]
 constexpr int kMinTouched = 8;
-// Nodes below which the moment of a tool's force is unknown, and its error by force times width
-// over the number of nodes: a node too many or too few at the rim, where the pressure is least.
+// Smallest number of nodes for the moment of a tool's force, and its error relative to force times
+// width divided by the number of nodes: one node more or less at the rim, where the pressure is
+// smallest.
 constexpr int kMinOfMoment = 4;
 constexpr double kMomentSpread = 0.5;
 
@@ -29,7 +30,7 @@ constexpr double kMomentSpread = 0.5;
 VolumeModel::VolumeModel(const SolidMesh& mesh, const HeldNodes& held, const Traits& traits)
     : traits_(traits),
       contacts_(mesh, traits.nodes_per_element, held, traits.length_unit, traits.force_unit),
-      // Bending alone counts where the pressure is the elements' own.
+      // If the pressure is a separate unknown, only bending is evaluated.
       strain_(MakeTetMesh(mesh, traits.nodes_per_element, traits.length_unit),
               traits.has_pressure ? HeldNodes{} : held,
               traits.has_pressure ? 0 : traits.poisson_ratio),
@@ -138,14 +139,15 @@ bool VolumeModel::locks() const {
   return traits_.nodes_per_element == 4 && !traits_.has_pressure && traits_.poisson_ratio >= kLocks;
 }
 
-// Why the last answer is extrapolated; empty: it is not, but for single patches.
+// Returns why the last answer is extrapolated; empty: it is not, except for reasons of single
+// patches.
 std::string_view VolumeModel::FlagReasonOf(std::span<const Contact> contacts) {
   if (inversion_.elements > 0) return "elements are inside out";
   if (locks()) return "linear tetrahedra lock at this Poisson ratio";
   if (traits_.range > 0 && largest_ > traits_.range) return kBeyondRange;
   if (ended_early()) return "the deadline came before the residual";
   if (gained_energy()) return "the time step gained energy";
-  // Without any load the remaining strain is an error of the residual.
+  // Without load the remaining strain is an error of the solution.
   const bool acts = traits_.is_dynamic || traits_.weighs ||
                     std::ranges::any_of(contacts, [](const Contact& contact) {
                       return contact.prescribed_O != Vector3d::Zero();

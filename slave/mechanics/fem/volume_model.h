@@ -18,18 +18,18 @@
 
 namespace palpate {
 
-// Rules for positions and widths: slave/solve/README.md. A contact that prescribes displacements
-// holds the nodes of its patch, or the weighted point of the triangle there, and reports what that
-// takes; on supports it must be zero and reports the reaction (in motion: its elastic part). In
-// statics an object without fixed boundary takes balanced loads (to 1e-6) and moves without mean
-// displacement and rotation.
+// Rules for positions and widths: slave/solve/README.md. A contact with a prescribed displacement
+// moves the nodes of its patch, or the weighted point of its triangle, and reports the force for
+// this; on supports the displacement must be zero, and the reaction is reported (in motion: its
+// elastic part). In statics an object without fixed boundary requires balanced loads (to 1e-6) and
+// moves without mean displacement and rotation.
 //
-// kExtrapolated: elements inside out (their number is in info().remark), elements that lock, a
-// deadline before the residual, the linear law out of range, a step of time that gained energy from
-// nowhere, a mesh too coarse for a patch or for a part that bends (mesh_resolution.h). kFailed:
-// contacts that are not finite, overlap or lie nowhere, loads out of balance, no convergence,
-// interruption, displacements beyond a million larger sides; failure() says which. A body at rest
-// begins at rest again after a failure; a body in motion is as before the step.
+// kExtrapolated: inverted elements (their number is in info().remark), elements that lock, a
+// deadline before the residual was reached, the linear law out of range, a time step that created
+// energy, a mesh too coarse for a patch or for a part that bends (mesh_resolution.h). kFailed:
+// contacts that are not finite, overlap or are not on the body, unbalanced loads, no convergence,
+// interruption, displacements beyond a million larger sides; failure() says which. After a failure
+// a static body starts from rest again; a moving body is in the state before the step.
 class VolumeModel : public DeformationModel {
  public:
   void Reset() final;
@@ -49,8 +49,8 @@ class VolumeModel : public DeformationModel {
   // `held`: per node of `mesh`, the components that supports fix.
   VolumeModel(const SolidMesh& mesh, const HeldNodes& held, const Traits& traits);
 
-  // Nondimensional, nodes by the mesh's numbers, middles too. Both that return bool call Fail.
-  // At rest, nothing acts.
+  // The virtual functions below are nondimensional and use the mesh's node numbers, including
+  // mid-edge nodes. Those that return bool call Fail. Rest() sets the body to rest without loads.
   virtual void Rest() = 0;
   // Takes new places() of contacts that prescribe displacements.
   virtual bool Hold(std::span<const Contact> contacts) = 0;
@@ -63,18 +63,18 @@ class VolumeModel : public DeformationModel {
   [[nodiscard]] virtual Eigen::Vector3d ReactionAt(int node) const = 0;
   [[nodiscard]] virtual Eigen::Vector3d PointForce(std::size_t contact) const = 0;
   struct Inversion {
-    int elements = 0, first = -1;  // with det F <= 0; the first of them
+    int elements = 0, first = -1;  // number of elements with det F <= 0; number of the first one
   };
   [[nodiscard]] virtual Inversion FindInversion() const = 0;
   [[nodiscard]] virtual bool gained_energy() const = 0;
   // Estimated error of a contact's force, or displacement if it is a load, without the mesh's; 0:
   // none is estimated.
   [[nodiscard]] virtual double ErrorOf(std::size_t /*contact*/) const { return 0; }
-  // A rigid tool whose nodes come and go; nullptr: the contact is none.
+  // Returns the rigid tool of a contact; nullptr: the contact is no tool.
   [[nodiscard]] virtual const fem::ToolContact* ToolOf(std::size_t /*contact*/) const {
     return nullptr;
   }
-  // A deadline came before the residual that was requested.
+  // Returns whether the deadline passed before the requested residual was reached.
   [[nodiscard]] virtual bool ended_early() const { return false; }
 
   [[nodiscard]] std::span<const ContactPlace> places() const { return contacts_.places(); }
@@ -104,7 +104,7 @@ class VolumeModel : public DeformationModel {
   VolumeContacts contacts_;
   StrainResolution strain_;
   std::vector<Eigen::Vector3d> u_;  // of the nodes, in length units
-  double largest_ = 0;              // of them
+  double largest_ = 0;              // largest number of them
   std::vector<int> touched_;        // nodes of contacts
   Inversion inversion_;
   std::string remark_;

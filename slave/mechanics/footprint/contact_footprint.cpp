@@ -22,7 +22,7 @@ constexpr double kOnNode = 1e-6;   // of the diagonal
 constexpr double kSlack = 1e-9;    // relative, of the patch's radius
 constexpr double kSameSide = 0.5;  // cosine of the angle between normals
 constexpr double kOnEdge = 1e-9;   // barycentric weight
-constexpr double kWider = 1.15;    // from one disc that is tried to the next
+constexpr double kWider = 1.15;    // ratio of successive trial discs
 constexpr double kPlane = 0.01;    // of a disc's area and rim
 
 constexpr std::string_view kNoPlace =
@@ -227,7 +227,7 @@ double SurfaceFootprints::ThicknessAt(const SurfacePlace& place, const Vector3d&
   double nearest = std::numeric_limits<double>::infinity();
   for (std::size_t t = 0; t < normals_.size(); ++t) {
     const double slope = normals_[t].dot(inward);
-    if (slope <= 0) continue;  // it faces the place
+    if (slope <= 0) continue;  // the triangle faces the position
     const auto& corners = surface_.triangles[t];
     const Vector3d& a = surface_.nodes[Index(corners[0])];
     const double distance = (a - p_O).dot(normals_[t]) / slope;

@@ -30,12 +30,12 @@ struct PlaceWeight {
   double weight = 0;  // share [-]
 };
 
-// The places that one contact touches.
+// The places of one contact.
 //
-// A load's force is shared out by the weights, which sum to one, and the displacement reported is
-// the mean by the same weights (the work is then force times displacement). So is a contact that
-// acts as a `point`: one unknown force, the weighted mean is prescribed. Otherwise every place is
-// moved alike with an unknown force of its own, and the weights do not count.
+// A load's force is distributed by the weights, which sum to one, and the reported displacement is
+// the mean with the same weights (the work is then force times displacement). A contact that acts
+// as a `point` uses the same weights: one unknown force, and a prescribed weighted mean. Otherwise
+// all places have the same displacement, each with an unknown force, and the weights are not used.
 struct ContactFootprint {
   std::vector<PlaceWeight> places;
   // Vectors from a disc's centre to its places [m], shifted together so that their centroid is that
@@ -45,12 +45,12 @@ struct ContactFootprint {
   Eigen::Vector3d normal_O{0, 0, 0};  // outward, unit; the direction of frictionless contacts
   double patch_error = 0;             // PatchError (mesh_resolution.h)
   // If the places represent a wider disc (SurfaceFootprints): its radius [m]; else 0.
-  // `narrower`: additional compliance of the contact's own disc, in DiscCompliance over E: 1 /
-  // radius minus that of a disc as compliant as the places [1/m]. Negative: the places are more
-  // compliant.
+  // `narrower`: the additional compliance of the contact's true disc in terms of DiscCompliance /
+  // E: 1 / radius minus that of a disc as compliant as the places [1/m]. It is negative if the
+  // places are more compliant.
   double reach = 0, narrower = 0;
-  SurfacePlace at;    // where the contact's centre meets the surface
-  int triangle = -1;  // the same, of the linear surface of a volume (VolumeFootprints); else -1
+  SurfacePlace at;    // surface point at the contact's centre
+  int triangle = -1;  // its triangle in the linear surface of a volume (VolumeFootprints); else -1
 };
 constexpr int kMaxPointPlaces = 3;
 
@@ -82,18 +82,17 @@ void CentreArms(const DiscShare& disc, const Weight& weight, std::vector<Eigen::
 }
 
 // Contacts on one surface, from tables: the results of FindPlace and PatchAt, O(1) if a contact
-// names its triangle and has no width. Both return empty: found, or the reason, one clause with
-// static lifetime. Both allocate nothing if the footprint has room already and contacts of that
-// size occurred before. The contact is finite; its kind, p_O, element and width count, its value
-// does not.
+// names its triangle and has no width. Both return empty text if found, else the reason, one clause
+// with static lifetime. Both do not allocate if the footprint has enough capacity and contacts of
+// that size occurred before. The contact must be finite; its kind, p_O, element and width are used,
+// its value is not.
 class SurfaceFootprints {
  public:
-  // With `held`, one per node, a contact whose width the
-  // mesh is too coarse for has the places of the narrowest disc around it which the mesh follows,
-  // where all of that lies on a plane part of the surface, on a body that is as thick there as the
-  // disc is wide, and touches nothing fixed: on that disc's scale the body is a half-space, whose
-  // discs are known (disc_compliance.h). `quarters`: the triangles are quarters of those of
-  // ten-node tetrahedra.
+  // With `held`, one entry per node, a contact that is too small for the mesh gets the places of
+  // the narrowest disc around it that the mesh resolves. Conditions: that disc is on a flat part of
+  // the surface, the body there is at least as thick as the disc is wide, and no place is fixed. At
+  // that scale the body is a half-space, whose disc compliances are known (disc_compliance.h).
+  // `quarters`: the triangles are quarters of those of ten-node tetrahedra.
   explicit SurfaceFootprints(SurfaceMesh surface, std::vector<char> held = {},
                              bool quarters = false);
   void MayWiden(bool may) { may_widen_ = may; }
@@ -103,8 +102,8 @@ class SurfaceFootprints {
   // each one's share per node. A point has the three nodes of its triangle, those of no weight too;
   // nodes of a disc are in rising order.
   std::string_view OnNodes(const Contact& contact, ContactFootprint* footprint);
-  // Triangles are loaded evenly: without width one, of a disc all whose centroids lie in
-  // it, in rising order. `basis`: by which a disc is judged.
+  // Finds the triangles of a uniform load: without width one, else all whose centroids are inside
+  // the disc, in rising order. `basis`: coordinate axes of the disc.
   std::string_view OnTriangles(const Contact& contact, ContactFootprint* footprint,
                                PatchBasis basis);
 
@@ -122,7 +121,7 @@ class SurfaceFootprints {
   // Collects connected triangles of the same orientation around the place. A part of the surface
   // beyond a gap or a step is not touched.
   void FindPatch(const SurfacePlace& place, const Eigen::Vector3d& p_O, double width);
-  // Adds what of a triangle lies within `radius` of p_O; false: nothing.
+  // Adds the part of a triangle within `radius` of p_O; false: there is none.
   bool AddShare(int triangle, const Eigen::Vector3d& p_O, double radius);
   // FindPatch, and whether the mesh follows it.
   void FindDisc(const Contact& contact, PatchBasis basis, ContactFootprint* footprint);
@@ -147,7 +146,7 @@ class SurfaceFootprints {
   NodeTriangles around_;
   DiscPatch patch_;
   std::vector<int> seen_;      // per node: the last patch that it is in
-  std::vector<int> reached_;   // per triangle: the last patch whose search came to it
+  std::vector<int> reached_;   // per triangle: the last patch whose search reached it
   std::vector<int> searched_;  // triangles of the present search
   int patches_ = 0;
   std::vector<double> load_;  // per node, zero between calls

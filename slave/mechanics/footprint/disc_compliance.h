@@ -16,8 +16,8 @@ struct DiscCompliance {
   }
 };
 
-// Compliance of a rigid disc that sticks: Spence (1968); across: Bycroft (1956), who lets the
-// normal traction be what it is on average, exact at nu = 1/2.
+// Compliance of a bonded rigid disc: normal by Spence (1968); tangential by Bycroft (1956), in
+// which the normal traction vanishes only on average (exact at nu = 1/2).
 DiscCompliance OfBondedDisc(double poisson_ratio) noexcept;
 // Compliance of a disc that slides: Boussinesq's flat punch; none across.
 DiscCompliance OfSlidingDisc(double poisson_ratio) noexcept;

@@ -11,8 +11,9 @@ namespace {
 
 using Eigen::Vector3d;
 
-constexpr double kAbsurd = 1e6;         // units
-constexpr double kMaxShared = 0.5;      // of a contact's weight, on nodes that another one moves
+constexpr double kAbsurd = 1e6;  // units
+// Fraction of a contact's weight that may be on nodes moved by another contact.
+constexpr double kMaxShared = 0.5;
 constexpr std::size_t kTextSize = 240;  // of a failure
 
 }  // namespace
@@ -92,8 +93,9 @@ std::string_view VolumeContacts::Find(const Contact& contact, ContactPlace* plac
   return {};
 }
 
-// The first contact that moves a node which another one moves already, or, as a load or a point (at
-// the rim of a neighbouring patch), rests by half or more on such nodes; -1: none.
+// Returns the first contact that moves a node which another contact moves already, or that is a
+// load or a point (at the rim of a neighbouring patch) with half or more of its weight on such
+// nodes; -1: none.
 int VolumeContacts::Overlapping(std::span<const Contact> contacts) {
   owner_.assign(mesh_.nodes.size(), -1);
   const auto moves_nodes = [&](std::size_t k) {

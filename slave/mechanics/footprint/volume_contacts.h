@@ -1,5 +1,5 @@
-// Where contacts act on a meshed volume: the nodes that each loads or moves (rules:
-// slave/solve/README.md). The one rule of all models that solve for every node.
+// Determines which nodes of a meshed volume each contact loads or moves (rules:
+// slave/solve/README.md), for all models that solve for every node.
 #pragma once
 
 #include <span>
@@ -17,8 +17,9 @@
 namespace palpate {
 
 struct ContactPlace {
-  std::vector<PlaceWeight> nodes;  // of the mesh, middles too; shares of a load, sum 1
-  // A displacement moves the weighted mean of the nodes; else it moves each node alike.
+  // Nodes of the mesh, including mid-edge nodes, with their shares of a load (sum 1).
+  std::vector<PlaceWeight> nodes;
+  // True: a displacement is that of the weighted mean of the nodes; false: it is that of each node.
   bool is_point = false;
   std::vector<Eigen::Vector3d> arms;  // of a disc, see ContactFootprint [m]; else empty
   double patch_error = 0;             // PatchError (mesh_resolution.h)
@@ -32,17 +33,17 @@ class VolumeContacts {
   VolumeContacts(const SolidMesh& mesh, int nodes_per_element, const HeldNodes& held,
                  double length_unit, double force_unit);
 
-  // Difference from the last set: none, loads alone, or the prescribed displacements.
+  // Difference from the last set: none, only loads, or prescribed displacements.
   enum class Change { kNone, kLoads, kHolds };
   // Finds the places. False: failure() is the reason: a number that is not finite or beyond a
   // million units, no surface or element there, a contact that rests by half or more on nodes that
   // another one moves, or moves such a node itself. O(surface) per new contact without `element`.
   bool Prepare(std::span<const Contact> contacts);
   [[nodiscard]] Change change() const { return change_; }
-  // Middles too.
+  // Number of nodes, including mid-edge nodes.
   [[nodiscard]] std::size_t node_count() const { return mesh_.nodes.size(); }
   [[nodiscard]] std::span<const ContactPlace> places() const { return places_; }
-  // Whether the mesh is too coarse for the width of a contact with this response.
+  // Returns whether the mesh is too coarse for the width of a contact with this response.
   [[nodiscard]] bool IsCoarse(std::size_t contact, const ContactResponse& response) const {
     const double young_modulus = force_unit_ / (length_unit_ * length_unit_);
     return IsContactCoarse(places_[contact].patch_error, young_modulus * contacts_[contact].width,
@@ -59,14 +60,14 @@ class VolumeContacts {
   [[nodiscard]] int Overlapping(std::span<const Contact> contacts);
 
   TetMesh mesh_;    // [m]
-  HeldNodes held_;  // middles too; nodes of no element count as held
+  HeldNodes held_;  // including mid-edge nodes; nodes without element count as fixed
   std::vector<bool> used_;
   double length_unit_, force_unit_;
   VolumeFootprints footprints_;
-  ContactFootprint footprint_;  // room
+  ContactFootprint footprint_;  // scratch
   std::vector<Contact> contacts_;
   std::vector<ContactPlace> places_;
-  std::vector<int> owner_;  // room, per node: the contact that moves it; -1: none
+  std::vector<int> owner_;  // scratch, per node: the contact that moves it; -1: none
   Change change_ = Change::kNone;
   bool ready_ = false;
   std::string failure_;

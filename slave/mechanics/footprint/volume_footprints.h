@@ -10,13 +10,14 @@
 
 namespace palpate {
 
-// Four nodes: see SurfaceFootprints. Ten: the same on the four quarters of every triangle, so that
-// middles are moved as corners are; a load of a width acts on the middles alone, a third of each
-// triangle's share on each, as even pressure does on quadratic triangles.
+// Four-node elements: see SurfaceFootprints. Ten-node elements: the same on the four quarters of
+// every triangle, so that mid-edge nodes are moved like corners. A load with a width acts only on
+// mid-edge nodes, each with a third of its triangle's share, as a uniform pressure does on
+// quadratic triangles.
 class VolumeFootprints {
  public:
-  // Keeps a reference to `mesh`, whose nodes are by `unit` [m]. `uneven`: per node, see
-  // SurfaceFootprints; empty: nothing is widened.
+  // Keeps a reference to `mesh`, whose nodes are in units of `unit` [m]. `uneven`: per node, see
+  // `held` of SurfaceFootprints; empty: no contact is widened.
   VolumeFootprints(const TetMesh& mesh, double unit, const std::vector<char>& uneven);
 
   // SurfaceFootprints::OnNodes; the contact's element is a triangle of the linear surface.
@@ -35,7 +36,7 @@ class VolumeFootprints {
   const TetMesh& mesh_;
   double unit_;
   SurfaceFootprints nodes_, triangles_;
-  std::vector<PlaceWeight> loaded_;  // room: triangles
+  std::vector<PlaceWeight> loaded_;  // scratch: triangles
   std::vector<double> load_;         // per node, zero between calls
 };
 

@@ -16,13 +16,14 @@ namespace {
 using Eigen::Matrix3d;
 using Eigen::Vector3d;
 
-// Error of the moment by force times width of the contact over the number of its places [-].
-// [derived: a place too many or too few at the rim, where the pressure is least]
+// Error of the moment relative to force times contact width divided by the number of places [-].
+// [derived: one place more or less at the rim, where the pressure is smallest]
 constexpr double kSpreadByPlaces = 0.5;
-// Part of the tool's displacement by which a free place may be inside it [-]: less is what the mesh
-// leaves of the pressure at the rim. [derived]
+// Largest overlap of a free place with the tool, relative to the tool's displacement [-]: smaller
+// ones are discretisation errors of the pressure at the rim. [derived]
 constexpr double kInside = 0.01;
-constexpr double kMaxPulled = 0.3;  // part of the largest pull at which a place lets go
+// Share of the largest pulling force above which a place is released.
+constexpr double kMaxPulled = 0.3;
 constexpr std::string_view kTooCoarse =
     "the round tool's contact is smaller than the elements: press more deeply, or use more "
     "elements "
@@ -30,9 +31,9 @@ constexpr std::string_view kTooCoarse =
 
 constexpr std::string_view kPenetrates =
     "places that let go of the round tool are pressed against it again";
-// Half the step of the central difference, relative to the displacement [-]: so large that what an
-// iteration leaves, 1e-3 of the force, changes the quotient by a few percent, and so small that its
-// curvature does by less than one. [derived; round_indenter_test]
+// Half the step of the central difference, relative to the displacement [-]: it is so large that
+// the iteration's error, 1e-3 of the force, changes the quotient by a few percent, and so small
+// that curvature changes it by less than one percent. [derived; round_indenter_test]
 constexpr double kStep = 0.03;
 
 const Vector3d kUnknown = Vector3d::Constant(std::numeric_limits<double>::quiet_NaN());
@@ -156,7 +157,7 @@ void RoundIndenter::SetMoment(const ToolIndentation& press, const Solution& solu
   whole->moment_sigma = kSpreadByPlaces * 2 * reach / count * whole->force_O.norm();
 }
 
-// All places that the tool would pass through.
+// Collects all places that would be inside the tool.
 void RoundIndenter::Gather(const ToolIndentation& press) noexcept {
   contacts_.clear();
   const Vector3d& n = press.normal_O;
@@ -175,7 +176,7 @@ void RoundIndenter::Gather(const ToolIndentation& press) noexcept {
   }
 }
 
-// Moved with the tool if it presses, between places.
+// If the tool presses between places, the nearest one is moved with it.
 void RoundIndenter::TouchNearest(const ToolIndentation& press, bool presses) noexcept {
   const auto away = [&](const TouchablePlace& at) { return (at.p_O - press.p_O).squaredNorm(); };
   const auto nearest = std::ranges::min_element(places_, {}, away);
@@ -184,8 +185,8 @@ void RoundIndenter::TouchNearest(const ToolIndentation& press, bool presses) noe
       {Contact::Kind::kDisplacement, nearest->p_O, nearest->element, 0, moved, false});
 }
 
-// Whether some places were pulled, which have let go: those that are pulled most, since with them
-// others' pull goes too.
+// Releases pulled places and returns whether there were any. Only those with the largest pull are
+// released, because this often removes the pull at others.
 bool RoundIndenter::LetGo(const Vector3d& n, const Solution& solution) noexcept {
   const std::vector<ContactResponse>& parts = solution.responses();
   double most = 0;
@@ -225,7 +226,8 @@ std::size_t RoundIndenter::SortReleased(const ToolIndentation& press,
   return inside;
 }
 
-// All that touches is moved on and back alike, along n alone where nothing rubs.
+// Computes the stiffness by moving all touching places forward and back together; without friction
+// only along n.
 Matrix3d RoundIndenter::Stiffness(const ToolIndentation& press, DeformationModel* model) noexcept {
   const Vector3d& n = press.normal_O;
   const double step = std::max(kStep * press.displacement_O.norm(), 1e-6 * radius_);

@@ -1,19 +1,20 @@
-// A rigid round tool pressed into a body: its contact grows with the depth, as Hertz has it for
-// bodies much larger than the contact.
+// A rigid round tool pressed into a body: its contact grows with the depth, as in Hertz's theory
+// for bodies much larger than the contact.
 //
-// The tool is a cylinder across the plane in 2D and a sphere in 3D. Of its axis, along the outward
-// normal n, every place x of the boundary at rest lies at a distance rho; were it to pass through
-// the body, the tool would be there by
+// The tool is a cylinder across the plane in 2D and a sphere in 3D. Its axis is along the outward
+// normal n. Each place x of the boundary at rest has the distance rho from the axis. The overlap of
+// the tool with the undeformed body is there
 //
 //   delta = n . (x - p) - n . u - (R - sqrt(R^2 - rho^2))
 //
-// too deep, p where it touched first, u how far it has moved since: along n its centre, across n
-// the point of the tool that touched first, from which a tool that turns rolls away. Places with
-// delta > 0 may touch: they are moved by u_t - delta n (u_t: u across n), the others are free. What
-// would be pulled lets go, until all that touch are pushed: a linear complementarity problem. Where
-// the stiffness has no positive entry off its diagonal, what lets go never comes back
-// (Chandrasekaran, Opsearch 7, 1970); a body that bends may press places against the tool again, so
-// those that let go are examined once more. Works on any DeformationModel that moves single places.
+// with the first contact point p and the displacement u since: along n that of the centre, across n
+// that of the tool's point which touched first, because a rotating tool rolls. Places with delta >
+// 0 may touch: they are moved by u_t - delta n (u_t: u across n), the others are free. Places with
+// pulling forces are released until all touching places are pushed: a linear complementarity
+// problem. If the stiffness has no positive off-diagonal entry, a released place never touches
+// again (Chandrasekaran, Opsearch 7, 1970); a bending body may press places against the tool again,
+// so released places are checked once more. Works with any DeformationModel that can move single
+// places.
 #pragma once
 
 #include <span>
@@ -28,7 +29,7 @@
 
 namespace palpate {
 
-// Where a model can be in contact at a single place, at rest. Frame O.
+// A place at which a model can have a contact, at rest. Frame O.
 struct TouchablePlace {
   Eigen::Vector3d p_O{0, 0, 0};  // [m]
   int element = -1;              // Contact::element there
@@ -36,23 +37,23 @@ struct TouchablePlace {
 // The elements of an outline by their midpoints, the nodes of a surface.
 std::vector<TouchablePlace> TouchablePlaces(const BoundaryMesh& mesh);
 std::vector<TouchablePlace> TouchableNodes(const SurfaceMesh& mesh);
-// The middles of the edges of a surface, where the nodes of ten-node tetrahedra are that carry its
-// load: an even pressure on a quadratic triangle puts a third on each middle and nothing on the
-// corners.
+// Returns the mid-edge nodes of a surface of ten-node tetrahedra, which carry its load: a uniform
+// pressure on a quadratic triangle acts with a third on each mid-edge node and not on the corners.
 std::vector<TouchablePlace> TouchableMiddles(const SurfaceMesh& mesh);
 
-// Where the tool is. Frame O.
+// Position of the tool. Frame O.
 struct ToolIndentation {
   Eigen::Vector3d p_O{0, 0, 0};             // first contact point, at rest [m]
   Eigen::Vector3d normal_O{0, 1, 0};        // outward there, to the tool's centre, unit
   Eigen::Vector3d displacement_O{0, 0, 0};  // since then: u above [m]
-  Eigen::Vector3d rolled_O{0, 0, 0};  // way across n of the tool's point from below its centre [m]
+  // Distance across n from the centre to the tool's point that touched first [m].
+  Eigen::Vector3d rolled_O{0, 0, 0};
 };
 
 class RoundIndenter {
  public:
-  // With fewer places under the tool its force is kExtrapolated: the mesh is too coarse for it. In
-  // the plane a place more or less changes it by a hundredth, in space by a tenth. [measured:
+  // With fewer touching places the force is kExtrapolated, because the mesh is too coarse. One
+  // place more or less changes the force by a hundredth in 2D and by a tenth in 3D. [measured:
   // round_indenter_test]
   static constexpr int kMinTouched = 3, kMinTouchedInSpace = 8;
 
@@ -74,7 +75,7 @@ class RoundIndenter {
   void Gather(const ToolIndentation& press) noexcept;
   void TouchNearest(const ToolIndentation& press, bool presses) noexcept;
   [[nodiscard]] bool LetGo(const Eigen::Vector3d& n, const Solution& solution) noexcept;
-  // Puts the places that let go and are inside the tool first. Returns their number.
+  // Moves released places that are inside the tool to the front. Returns their number.
   [[nodiscard]] std::size_t SortReleased(const ToolIndentation& press,
                                          DeformationModel* model) noexcept;
   static void SetMoment(const ToolIndentation& press, const Solution& solution,

@@ -1,11 +1,11 @@
-// Every program that links this computes on one thread in OpenBLAS.
+// Limits OpenBLAS to one thread in every program that links this file.
 #include "slave/mechanics/linear/blas.h"
 
-// Where BLAS is OpenBLAS with threads; else they are null.
+// Functions of OpenBLAS with threads; null for other BLAS libraries.
 extern "C" {
 [[gnu::weak]] void openblas_set_num_threads(int threads);
 [[gnu::weak]] int openblas_get_num_threads();
-[[gnu::weak]] int blas_thread_shutdown_();  // what it calls before a fork
+[[gnu::weak]] int blas_thread_shutdown_();  // OpenBLAS calls this before a fork
 }
 
 namespace palpate::blas {
@@ -21,10 +21,11 @@ void SetThreads(int threads) noexcept {
 
 int threads_at_load = 0;
 
-// Models are made and updated on several threads at once. Debian's OpenBLAS without threads takes
-// its work buffers without a lock, so that two callers may share one: about once in a thousand runs
-// something was factorised to garbage. The one with threads has the locks, and with one thread the
-// same numbers; those that it started when it was loaded would spin for 30 ms each.
+// Models are made and updated on several threads at the same time. Debian's single-threaded
+// OpenBLAS allocates its work buffers without a lock, so two callers may share one: about once in a
+// thousand runs a factorisation was wrong. The multi-threaded version has locks, and limited to one
+// thread returns the same numbers; the threads that it starts when it is loaded would spin for 30
+// ms each.
 bool UseOneThread() {
   threads_at_load = ThreadsNow();
   SetThreads(1);

@@ -14,7 +14,7 @@ PALPATE_INLINE Double4 ThreeOf(const Double4& v) {
   return Double4{v[0], v[1], v[2], 0};
 }
 
-// Reads one number beyond each block and forgets it.
+// Reads one number beyond each block and ignores it.
 PALPATE_DISPATCHED void MultiplyBlocks(const int* begin, const int* column, const double* values,
                                        int rows, const NodeValue* x, NodeValue* y) {
   for (int i = 0; i < rows; ++i) {

@@ -1,5 +1,5 @@
-// One vector per node, what iterative solvers do with many of them, and symmetric sparse matrices
-// of 3 x 3 blocks, one row per moving node.
+// Vectors with three components per node, their operations for iterative solvers, and symmetric
+// sparse matrices of 3 x 3 blocks with one row per moving node.
 #pragma once
 
 #include <array>
@@ -35,7 +35,8 @@ inline const NodeValue& At(const NodeVector& x, int node) {
   return x[static_cast<std::size_t>(node)];
 }
 
-// Which nodes share an element: those of node i are column[begin[i]] to column[begin[i + 1] - 1].
+// Neighbours of nodes through elements: those of node i are column[begin[i]] to column[begin[i + 1]
+// - 1].
 struct NodeGraph {
   std::vector<int> begin, column;
   [[nodiscard]] int size() const { return static_cast<int>(begin.size()) - 1; }
@@ -46,7 +47,7 @@ struct NodeGraph {
   }
 };
 
-// Where the blocks are: row by row, columns rising, both halves.
+// Positions of the blocks: row by row, columns rising, both triangles.
 struct BlockPattern {
   NodeGraph graph;             // rows and columns, the diagonal included
   std::vector<int> diagonal;   // per row: its block
@@ -76,7 +77,7 @@ class BlockMatrix {
 
   // y = A x on the moving nodes; zero on those after them.
   void Multiply(const NodeVector& x, NodeVector& y) const noexcept;
-  // Multiplies four vectors in hardly more time than one, because reading A takes most of it.
+  // Multiplies four vectors in little more time than one, because most of it is for reading A.
   void Multiply(const std::array<const NodeVector*, 4>& x,
                 const std::array<NodeVector*, 4>& y) const noexcept;
   // A row of A x.

@@ -15,7 +15,7 @@ constexpr int kPanel = kLane8;       // pivots that are eliminated together
 using Values [[gnu::vector_size(64)]] = double;
 using Lane [[gnu::vector_size(64), gnu::may_alias, gnu::aligned(8)]] = double;
 
-// By value: see lanes.h.
+// Returns by value, see lanes.h.
 PALPATE_INLINE Values Load(const double* from) {
   return *reinterpret_cast<const Lane*>(from);
 }
@@ -34,8 +34,8 @@ struct Columns {  // [begin, end), whole lanes
   int begin, end;
 };
 
-// The diagonal entry while it is at least a tenth of the largest one below it, else that one:
-// compliances keep their diagonal, and nothing is swapped.
+// Returns the diagonal entry if it is at least a tenth of the largest one below it, else the row of
+// that one. For compliances the diagonal is kept, so no rows are swapped.
 PALPATE_INLINE int ChoosePivot(const RowMajor& a, int k, int order) noexcept {
   std::array<double, 4>
       largest{};  // four independent maxima: a single one would serialise the loop
@@ -81,7 +81,7 @@ PALPATE_INLINE bool FactorizePanel(const RowMajor& a, int order, int k0, int k1,
   return true;
 }
 
-// `kRows` rows from `first` on minus their `factors` times the kPanel rows from k0 on.
+// Subtracts `factors` times the kPanel rows from k0 on from `kRows` rows from `first` on.
 template <int kRows>
 PALPATE_INLINE void SubtractPanelFrom(const RowMajor& a, int first, const Factors& factors, int k0,
                                       const Columns& columns) noexcept {
@@ -99,8 +99,8 @@ PALPATE_INLINE void SubtractPanelFrom(const RowMajor& a, int first, const Factor
   }
 }
 
-// Rows [first, last) minus their `factors` times the kPanel rows from k0 on, as many rows at a time
-// as registers hold.
+// Subtracts `factors` times the kPanel rows from k0 on from the rows [first, last), as many at a
+// time as fit in registers.
 PALPATE_INLINE void SubtractPanel(const RowMajor& a, int first, int last, const Factors& factors,
                                   int k0, const Columns& columns) noexcept {
   for (; first + 4 <= last; first += 4) SubtractPanelFrom<4>(a, first, factors, k0, columns);
@@ -170,7 +170,8 @@ PALPATE_DISPATCHED void SolveInPlace(const Factors& lu, int order, const int* pi
   }
 }
 
-// The next odd number of lanes: rows of even ones would share few places of the cache.
+// Returns the next odd number of lanes, because rows with an even number would share few cache
+// sets.
 int OddLanes(int n) {
   return PaddedTo8(n) / kLane8 % 2 == 1 ? PaddedTo8(n) : PaddedTo8(n) + kLane8;
 }

@@ -1,5 +1,5 @@
-// LU factors of small dense matrices with exchanges of rows, without allocation once they were as
-// large: tens of unknowns in every update of a model.
+// LU factors of small dense matrices with exchanges of rows, without allocation for sizes that
+// occurred before. A model's update has tens of unknowns.
 #pragma once
 
 #include <vector>
@@ -39,7 +39,7 @@ class DenseFactor {
   int order_ = 0, stride_ = 0;
   std::vector<double> entries_;  // L below the diagonal, U above it, inverse pivots on it
   std::vector<double> multipliers_;
-  std::vector<int> pivots_;  // the row that took the place of each
+  std::vector<int> pivots_;  // for each row the row that was exchanged with it
 };
 
 }  // namespace palpate

@@ -39,13 +39,13 @@ double DenseLu::ReciprocalCondition() const {
   return reciprocal;
 }
 
-// The swaps of the columns [begin, end), in order.
+// Applies the row swaps of the columns [begin, end), in order.
 void DenseLu::SwapRows(int first_column, int columns, int begin, int end) {
   LAPACKE_dlaswp_work(LAPACK_COL_MAJOR, columns, A_.col(first_column).data(), order(), begin + 1,
                       end, swapped_.data(), 1);
 }
 
-// Eliminates with the columns left of `begin` in the `width` columns from there on.
+// Applies the elimination of the columns left of `begin` to the `width` columns from there on.
 void DenseLu::TakeUpLeft(int begin, int width) {
   const int n = order(), below = n - begin;
   double* top = A_.col(begin).data();

@@ -1,8 +1,8 @@
 // LU factorisation with partial pivoting of large dense matrices, one block of columns after the
 // other, so that it can report progress and be stopped.
 //
-// LAPACK and BLAS do the work: a block of columns takes up all that lies left of it by one
-// triangular solve and one product, then its own panel is factorised (Golub and Van Loan, Matrix
+// It uses LAPACK and BLAS: a block of columns is updated with all columns to its left by one
+// triangular solve and one product, then its panel is factorised (Golub and Van Loan, Matrix
 // Computations (2013), 3.2.11 and 3.4).
 #pragma once
 
@@ -28,7 +28,7 @@ class DenseLu {
   // not finite.
   bool FactorizeNext();
 
-  // B becomes A^-1 B. Fastest with some hundred columns at once.
+  // Replaces B by A^-1 B. Fastest with some hundred columns at once.
   void SolveInPlace(Eigen::Ref<Eigen::MatrixXd> B) const;
   // Estimate of 1 / (|A| |A^-1|) in the 1-norm (Higham 1988), mostly sharp and never too small.
   [[nodiscard]] double ReciprocalCondition() const;

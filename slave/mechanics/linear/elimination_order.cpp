@@ -12,8 +12,8 @@
 namespace palpate {
 namespace {
 
-// METIS draws from rand(), which is the process's. A thread in the background inherits the priority
-// of the sensing that waits for it.
+// METIS uses rand(), whose state is common to the process. With priority inheritance, a background
+// thread gets the priority of the sensing thread that waits for it.
 PriorityInheritanceMutex the_random_numbers;
 
 // Orders by METIS; order[new] = old.
@@ -37,7 +37,8 @@ std::vector<int> Dissected(const std::vector<std::vector<int>>& neighbours) {
   return {order.begin(), order.end()};
 }
 
-// Per place in the order: that of its parent in the elimination tree (Liu 1990); -1: a root.
+// Returns for each position in the order that of its parent in the elimination tree (Liu 1990); -1:
+// a root.
 std::vector<int> ParentsOf(const std::vector<std::vector<int>>& neighbours,
                            const std::vector<int>& order) {
   std::vector<int> rank(order.size()), parent(order.size(), -1), root(order.size(), -1);
@@ -46,7 +47,7 @@ std::vector<int> ParentsOf(const std::vector<std::vector<int>>& neighbours,
     for (const int other : neighbours[Index(order[Index(i)])]) {
       for (int k = rank[Index(other)]; k >= 0 && k < i;) {
         const int above = root[Index(k)];
-        root[Index(k)] = i;  // shortens the next walk
+        root[Index(k)] = i;  // shortens later searches (path compression)
         if (above < 0) parent[Index(k)] = i;
         k = above;
       }
@@ -61,7 +62,7 @@ std::vector<int> EliminationOrder(const std::vector<std::vector<int>>& neighbour
   if (neighbours.empty()) return {};
   const std::vector<int> order = Dissected(neighbours);
   const std::vector<int> parent = ParentsOf(neighbours, order);
-  // Backwards: every node, then its children's trees, the last child first.
+  // Numbers in reverse order: every node, then the trees of its children, the last child first.
   std::vector<std::vector<int>> children(order.size());
   std::vector<int> waiting, sorted;
   for (int i = 0; i < static_cast<int>(order.size()); ++i) {

@@ -2,9 +2,9 @@
 // mark of the few kernels that are worth compiling for several of them.
 #pragma once
 
-// Compiled for the baseline, AVX with fused products, and AVX-512; the loader picks. Only free
-// functions; what they call must be inlined into them. Not under the sanitizers, which start after
-// the loader.
+// Compiles a function for the baseline, AVX with fused products, and AVX-512; the loader selects a
+// version. Only for free functions; their callees must be inlined. Not used with sanitizers, which
+// start after the loader.
 #if defined(__x86_64__) && !defined(__AVX512F__) && !defined(PALPATE_SANITIZED)
 #define PALPATE_DISPATCHED __attribute__((target_clones("default", "fma", "avx512f")))
 #else
@@ -14,7 +14,7 @@
 
 namespace palpate::fem {
 
-// Four doubles read from anywhere; eight of eight elements.
+// Four doubles at any address; eight doubles for eight elements.
 using Double4 [[gnu::vector_size(32), gnu::may_alias, gnu::aligned(8)]] = double;
 using Double8 [[gnu::vector_size(64)]] = double;
 using Mask8 [[gnu::vector_size(64)]] = long long;

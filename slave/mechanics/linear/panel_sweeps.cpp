@@ -7,7 +7,7 @@
 namespace palpate {
 namespace {
 
-// A cache line of numbers, and four.
+// Vectors of one cache line, and of four numbers.
 using Floats16 [[gnu::vector_size(64)]] = float;
 using Floats4 [[gnu::vector_size(16)]] = float;
 using Doubles8 [[gnu::vector_size(64)]] = double;
@@ -23,7 +23,7 @@ PALPATE_INLINE Line Load(const Scalar* p) {
   return line;
 }
 
-// y -= A x from row `i` on, in whole lines; returns the first row that is left.
+// Computes y -= A x from row `i` on, in whole vectors; returns the first remaining row.
 template <typename Line, int columns, typename Scalar>
 PALPATE_INLINE int Subtract(const Scalar* a, int stride, int i, int rows, const Scalar* x,
                             Scalar* y) {
@@ -38,7 +38,7 @@ PALPATE_INLINE int Subtract(const Scalar* a, int stride, int i, int rows, const 
   return i;
 }
 
-// sums += A^T y in the same way.
+// Adds A^T y to `sums` in the same way.
 template <typename Line, int columns, typename Scalar>
 PALPATE_INLINE int AddProducts(const Scalar* a, int stride, int i, int rows, const Scalar* y,
                                Line* sums) {
@@ -120,7 +120,7 @@ PALPATE_INLINE void Sweep(const Scalar* l, int rows, int columns, bool forward, 
   }
 }
 
-// clang 16 dispatches calls within a file only.
+// clang 16 dispatches only calls within the same file.
 PALPATE_DISPATCHED void InSingle(const float* l, int rows, int columns, bool forward, float* w) {
   Sweep<Floats16, Floats4>(l, rows, columns, forward, w);
 }

@@ -11,12 +11,13 @@
 namespace palpate {
 namespace {
 
-constexpr int kBlock = 48;          // columns of a panel that are eliminated together
-constexpr int kWidest = 96;         // columns of a supernode, so that none is a large part of it
-constexpr int kNarrow = 12;         // columns below which supernodes are merged freely
-constexpr double kFewZeros = 0.15;  // share of stored zeros that merging may cost
-constexpr double kManyZeros = 0.5;  // the same for narrow ones
-constexpr Eigen::Index kTogether = 32;  // right sides that are solved at once
+constexpr int kBlock = 48;  // columns of a panel that are eliminated together
+// Largest number of columns of a supernode, so that none is a large part of the work.
+constexpr int kWidest = 96;
+constexpr int kNarrow = 12;             // columns below which supernodes are merged freely
+constexpr double kFewZeros = 0.15;      // share of stored zeros that merging may cost
+constexpr double kManyZeros = 0.5;      // the same for narrow supernodes
+constexpr Eigen::Index kTogether = 32;  // number of right-hand sides per block
 
 // C := alpha A op(B) + beta C
 void Multiply(CBLAS_TRANSPOSE form, int rows, int columns, int inner, double alpha, const double* a,
@@ -42,7 +43,7 @@ void DivideByUnit(CBLAS_TRANSPOSE form, int rows, int columns, const float* l, i
               ldb);
 }
 
-// Columns with the same rows below them.
+// Consecutive columns with the same rows below them.
 struct Run {
   int first, columns, rows;
   double zeros;
@@ -94,7 +95,7 @@ SparseLdlt<Scalar>::SparseLdlt(const Matrix& upper) : size_(static_cast<int>(upp
   CountWork();
 }
 
-// Elimination tree and column counts by walks up the tree (Liu 1990).
+// Computes the elimination tree and the column counts by walks up the tree (Liu 1990).
 template <typename Scalar>
 void SparseLdlt<Scalar>::CountColumns(const Matrix& upper) {
   parent_.assign(Index(size_), -1);
@@ -230,7 +231,7 @@ void SparseLdlt<Scalar>::Link(int supernode) {
   head_[Index(target)] = supernode;
 }
 
-// Subtracts from a supernode what those before it contribute.
+// Subtracts from a supernode the contributions of earlier ones.
 template <typename Scalar>
 void SparseLdlt<Scalar>::Gather(int target) {
   const Supernode& t = supernodes_[Index(target)];
@@ -246,7 +247,7 @@ void SparseLdlt<Scalar>::Gather(int target) {
   }
 }
 
-// The rows of `source` from `begin` on times those up to `end`.
+// Multiplies the rows of `source` from `begin` on by those up to `end`.
 template <typename Scalar>
 void SparseLdlt<Scalar>::Subtract(const Supernode& source, int begin, int end,
                                   const Supernode& target) {
@@ -386,7 +387,7 @@ void SparseLdlt<Scalar>::Solve(Eigen::Ref<Columns> x) {
 template <typename Scalar>
 void SparseLdlt<Scalar>::SolveForward(const Supernode& s, Rows x) {
   auto own = x.middleCols(s.first, s.columns);
-  if (own.isZero(0)) return;  // as most are, where loads are on few nodes
+  if (own.isZero(0)) return;  // most are zero if only few nodes are loaded
   const Panel L = PanelOf(s);
   const int count = static_cast<int>(x.rows()), below = s.rows - s.columns;
   const int* rows = RowsOf(s) + s.columns;

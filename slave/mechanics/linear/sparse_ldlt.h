@@ -3,8 +3,9 @@
 // most of the work is done by dense products of BLAS (Ng and Peyton 1993). In double precision, or
 // in single precision for preconditioners.
 //
-// Ours because live steps factorise again and again and solve a hundred times with one factor:
-// nothing is allocated, a factor can be made in parts, and callers do not wait for each other.
+// It is implemented here because live steps factorise repeatedly and solve a hundred times per
+// factor: it does not allocate, a factor can be computed in parts, and callers do not wait for each
+// other.
 #pragma once
 
 #include <functional>
@@ -30,14 +31,15 @@ class SparseLdlt {
   // After Allocate.
   [[nodiscard]] std::size_t memory_bytes() const;
 
-  // Takes memory for the factor. What is below does not allocate, but for a block of right sides.
+  // Allocates memory for the factor. The functions below do not allocate, except for a block of
+  // right-hand sides.
   void Allocate(const Matrix& upper);
   // False: a pivot is zero or not finite, or negative where the matrix must be `definite`; or
   // stopped by `go_on`, which receives the share that is done.
   bool Factorize(
       const Matrix& upper, bool definite,
       const std::function<bool(double)>& go_on = [](double) { return true; });
-  // Factorises in parts: Begin takes the values, and each Continue does `flops` of the work or a
+  // Factorises in parts: Begin reads the values, and each Continue does `flops` of the work or a
   // little more.
   enum class Progress { kMore, kDone, kFailed };
   void Begin(const Matrix& upper, bool definite);
@@ -55,7 +57,7 @@ class SparseLdlt {
  private:
   struct Supernode {
     int first = 0, columns = 0;
-    int rows = 0;            // its own columns first
+    int rows = 0;            // rows of the supernode, those of its own columns first
     std::size_t row_at = 0;  // in rows_
     std::size_t value_at = 0;
     double flops = 0;  // to gather and factorise it
@@ -95,7 +97,7 @@ class SparseLdlt {
   std::vector<std::size_t> destination_;  // in values_, per entry of the upper triangle
   std::vector<Scalar> values_;
   Vector pivots_;
-  int next_supernode_ = 0;  // that Continue goes on with
+  int next_supernode_ = 0;  // next supernode for Continue
   bool definite_ = false;
 
   // Per supernode: how far its rows were used, and the next one that updates the same target.

@@ -16,9 +16,9 @@ namespace {
 
 using Eigen::Vector3d;
 
-constexpr int kNodesPerVertex = 27;  // of the fine grid to the coarse one: three along each axis
-constexpr int kMaxVertices = 2000;   // whose band fits in the cache
-constexpr double kFiner = 1.05;      // from one grid that is tried to the next
+constexpr int kNodesPerVertex = 27;  // fine nodes per coarse vertex: three along each axis
+constexpr int kMaxVertices = 2000;   // largest coarse grid whose band matrix fits in the cache
+constexpr double kFiner = 1.05;      // ratio of successive trial grids
 constexpr double kMinShift = 1e-9;   // of the coarse diagonal, for corners that few nodes share
 constexpr double kMaxShift = 1e-4;
 
@@ -33,7 +33,7 @@ PALPATE_INLINE void Store(float* p, const Float4& values) {
 PALPATE_INLINE Float4 Times(const float* block, const float* x) {
   return Load(block) * x[0] + Load(block + 3) * x[1] + Load(block + 6) * x[2];
 }
-// Sum of the blocks from `first` to before `last` times their columns' x.
+// Returns the sum of the blocks [first, last) times x of their columns.
 PALPATE_INLINE Float4 Product(const int* column, const float* values, int first, int last,
                               const float* x) {
   Float4 sum0{}, sum1{}, sum2{};
@@ -108,8 +108,8 @@ struct FineMatrix {
   double scale;
 };
 
-// Copies the coupling of free components, scaled to about one, to blocks that have room for one
-// number more.
+// Copies the coupling of free components, scaled to about one, to blocks with space for one more
+// number.
 PALPATE_DISPATCHED void CopyFree(const FineMatrix& A, int rows, float* blocks) {
   for (int row = 0; row < rows; ++row) {
     const Double4 free_row = A.scale * Load4(A.free[row].v);
@@ -125,12 +125,13 @@ PALPATE_DISPATCHED void CopyFree(const FineMatrix& A, int rows, float* blocks) {
 }
 
 struct CoarseRow {
-  int *vertex, *slot;  // about one row of the fine grid; per vertex: its place there, or -1
-  NodeValue* sums;     // three columns each
+  // Vertices of one row of the fine grid; for each vertex its slot there, or -1.
+  int *vertex, *slot;
+  NodeValue* sums;  // three columns each
 };
 
-// Adds P_i^T A_i P of each row of the fine grid to a lower band by columns, which has room for
-// three numbers more.
+// Adds P_i^T A_i P of each row of the fine grid to a lower band matrix stored by columns, with
+// padding of three numbers.
 PALPATE_DISPATCHED void AddCoarse(const FineMatrix& A, int rows, const CoarseRow& near, int band,
                                   double* coarse) {
   for (int row = 0; row < rows; ++row) {
@@ -181,7 +182,8 @@ Eigen::Array3i CellsOf(const Vector3d& extent, double side) {
   return (extent / side).array().round().max(1).min(1000).cast<int>();
 }
 
-// The cube of `cells` that a place in a box from 0 to 1 is in, and the rest of its coordinates.
+// Returns the cell that contains a place in the unit box, and the place's coordinates within the
+// cell.
 Eigen::Array3i CellAt(const Vector3d& place, const Eigen::Array3i& cells, Vector3d* within) {
   const Eigen::Array3d at = place.array() * cells.cast<double>();
   const Eigen::Array3i cell = at.floor().cast<int>().max(0).min(cells - 1);
@@ -229,7 +231,7 @@ TwoGrid::TwoGrid(std::span<const Vector3d> points, const BlockPattern& pattern)
   sums_.resize(Index(3 * vertices_));
 }
 
-// The finest grid of at most so many vertices about the body.
+// Finds the finest grid around the body with at most this number of vertices.
 void TwoGrid::FindGrid(std::span<const Vector3d> points, int most) {
   Eigen::AlignedBox3d box;
   for (const auto& p : points) box.extend(p);
@@ -320,7 +322,7 @@ bool TwoGrid::Renew(const BlockMatrix& A, const NodeVector& free,
          std::ranges::all_of(guides, [&](const Guide& guide) { return GuideRow(A, guide); });
 }
 
-// Q = I - n n^T from the left and from the right, and its inverse among what is left.
+// Applies Q = I - n n^T from both sides, and inverts in the remaining subspace.
 bool TwoGrid::GuideRow(const BlockMatrix& A, const Guide& guide) noexcept {
   const Eigen::Matrix3d outer = guide.normal * guide.normal.transpose();
   const Eigen::Matrix3d Q = Eigen::Matrix3d::Identity() - outer;

@@ -3,7 +3,7 @@
 // for exactly, and the same sweep backwards: symmetric, hence fit for conjugate gradients.
 //
 // Sources: Brandt (1977) for the two grids; Griebel and Schweitzer (2002) for a coarse space that
-// knows nothing of the mesh. Sweeps are in single precision, the coarse grid in double.
+// is independent of the mesh. Sweeps are in single precision, the coarse grid in double.
 #pragma once
 
 #include <array>
@@ -22,7 +22,7 @@ struct GridPlace {
   std::array<double, 8> weight{};
 };
 
-// A row whose node moves across `normal` only, unit.
+// A row whose node moves only perpendicular to the unit vector `normal`.
 struct Guide {
   int row = 0;
   Eigen::Vector3d normal{0, 0, 1};
@@ -33,15 +33,15 @@ class TwoGrid {
   // `points`: where the rows of the pattern are. Keeps a reference to the pattern. O(N log N).
   TwoGrid(std::span<const Eigen::Vector3d> points, const BlockPattern& pattern);
 
-  // `free` per row and component: 1 free, 0 fixed, whose rows and columns count as those of the
-  // identity; so do the normals of `guides`, but for the coarse grid. False: not positive definite.
-  // Allocation-free.
+  // `free` per row and component: 1 free, 0 fixed. Rows and columns of fixed components, and of the
+  // normals of `guides` (except on the coarse grid), are treated as those of the identity. False:
+  // not positive definite. Allocation-free.
   bool Factor(const BlockMatrix& A, const NodeVector& free,
               std::span<const Guide> guides = {}) noexcept;
   // Factors with the coarse grid of the last Factor, which suits similar matrices and other fixed
   // components.
   bool Renew(const BlockMatrix& A, const NodeVector& free, std::span<const Guide> guides) noexcept;
-  // Whether the last Factor fixed all that `free` fixes.
+  // Returns whether the last Factor fixed all components that `free` fixes.
   [[nodiscard]] bool CoarseFixes(const NodeVector& free) const noexcept;
   // z = M^-1 r on the free components of the pattern's rows, zero elsewhere. Allocation-free.
   void Solve(const NodeVector& r, NodeVector& z) noexcept;
@@ -73,7 +73,7 @@ class TwoGrid {
   NodeVector sums_;               // the row's products with them
   NodeVector free_, coarse_free_;
   double scale_ = 1;
-  std::vector<float> values_;   // nine per block, and room for one more
+  std::vector<float> values_;   // nine per block, with space for one more value
   std::vector<float> inverse_;  // the same of the diagonal
   std::vector<Single> r_, z_, left_;
 };

@@ -51,7 +51,7 @@ MembraneTriangle TriangleOf(const SurfaceMesh& mesh, std::size_t t) {
   return MembraneTriangle({at(0), at(1), at(2)});
 }
 
-// Which nodes are held; throws where the shape cannot be computed on.
+// Returns which nodes are fixed; throws for unusable shapes.
 std::vector<char> CheckShape(const MembraneShape& shape) {
   const SurfaceMesh& mesh = shape.surface;
   const auto nodes = static_cast<int>(mesh.nodes.size());
@@ -96,8 +96,8 @@ Eigen::Matrix3d CrossMatrix(const Eigen::Vector3d& a) {
   return m;
 }
 
-// Nodes at `place` of (radius share, angle), ring by ring about the centre, the outermost held;
-// triangles counter-clockwise.
+// Makes nodes at `place(radius share, angle)`, ring by ring around the centre, with the outermost
+// ring fixed, and counter-clockwise triangles.
 MembraneShape MakeRings(int rings, const std::function<Eigen::Vector3d(double, double)>& place) {
   if (rings < 1 || rings > 1000) RefuseValue("rings", rings, "1 to 1000");
   MembraneShape made;
@@ -109,7 +109,7 @@ MembraneShape MakeRings(int rings, const std::function<Eigen::Vector3d(double, d
     const int inner_count = std::max(1, count - 6);
     for (int k = 0; k < count; ++k) {
       nodes.push_back(place(static_cast<double>(ring) / rings, 2 * std::numbers::pi * k / count));
-      // Sextant and step in it: the ring inside has one step fewer.
+      // Sextant and step in it; the next inner ring has one step fewer per sextant.
       const int sextant = k / ring;
       const int step = k % ring;
       const int outer = first(ring) + k;
@@ -209,8 +209,9 @@ InflatedMembrane& InflatedMembrane::operator=(InflatedMembrane&&) noexcept = def
 // Normals, areas, and the pressure that balances the tension best.
 void InflatedMembrane::FindNormals() {
   const SurfaceMesh& mesh = shape_.surface;
-  std::vector<Eigen::Vector3d> push(mesh.nodes.size(), Eigen::Vector3d::Zero());  // per pressure
-  std::vector<Eigen::Vector3d> pull = push;                                       // per tension
+  // Nodal force per unit pressure.
+  std::vector<Eigen::Vector3d> push(mesh.nodes.size(), Eigen::Vector3d::Zero());
+  std::vector<Eigen::Vector3d> pull = push;  // nodal force per unit tension
   for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
     const MembraneTriangle triangle = TriangleOf(mesh, t);
     Eigen::Matrix<double, 9, 1> p;
@@ -338,7 +339,7 @@ MembraneShape MeshDomedMembrane(const Ellipsoid& ellipsoid, const Eigen::Vector3
   const Eigen::Vector3d e1 = axis.unitOrthogonal();
   const Eigen::Vector3d e2 = axis.cross(e1);
   const Eigen::Matrix3d inverse = ellipsoid.semi_axes.inverse();
-  // The point of the ellipsoid that lies under this angle from the axis.
+  // Returns the point of the ellipsoid at this angle from the axis.
   const auto point = [&](double polar, double angle) -> Eigen::Vector3d {
     const Eigen::Vector3d ray = std::cos(polar) * axis + std::sin(polar) * std::cos(angle) * e1 +
                                 std::sin(polar) * std::sin(angle) * e2;

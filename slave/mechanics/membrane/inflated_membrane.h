@@ -1,14 +1,15 @@
 // An elastic skin without bending stiffness, fixed at its rim, under tension and with air behind
-// it: how it gives to small loads, about the shape that it has at rest.
+// it: its deformation by small loads, relative to its shape at rest.
 //
 //   K u = f,   K = E h K_e + T K_t - p H_V + k v v^T
 //
 // K_e: plane-stress stiffness of linear triangles in space, which is stiff against normal loads
 // where the skin is curved; K_t: int grad u : grad u, of the tension T, the same everywhere and in
-// all directions; H_V: second derivative of the enclosed volume, by which the pressure p follows
-// the turning surface; v: its first derivative, along which the air resists being pressed together.
-// Source: total Lagrangian membrane (Bonet and Wood, Nonlinear Continuum Mechanics, 1997, ch. 8),
-// linear about the rest shape. Without modulus, on a flat disc: Poisson's equation, T lap w = -q.
+// all directions; H_V: second derivative of the enclosed volume, because the pressure p stays
+// normal to the rotating surface; v: its first derivative, along which the enclosed air resists
+// compression. Source: total Lagrangian membrane (Bonet and Wood, Nonlinear Continuum Mechanics,
+// 1997, ch. 8), linear about the rest shape. Without modulus, on a flat disc: Poisson's equation, T
+// lap w = -q.
 //
 // Range: displacements that turn the surface by small angles and change T little. Frame O.
 #pragma once
@@ -60,11 +61,12 @@ struct MembraneShape {
 class InflatedMembrane {
  public:
   struct Params {
-    double modulus = 0;                // E h: Young's modulus times thickness [N/m], >= 0
-    double poisson_ratio = 0.5;        // -1 < nu <= 0.5
-    double tension = 0;                // T [N/m], >= 0; it or the modulus > 0
-    std::optional<double> pressure{};  // p, inside less outside [Pa]; absent: what T balances best
-    double air_stiffness = 0;          // k: pressure per displaced volume [Pa/m^3], >= 0
+    double modulus = 0;          // E h: Young's modulus times thickness [N/m], >= 0
+    double poisson_ratio = 0.5;  // -1 < nu <= 0.5
+    double tension = 0;          // T [N/m], >= 0; it or the modulus > 0
+    // P, inside less outside [Pa]; absent: the one that balances T best.
+    std::optional<double> pressure{};
+    double air_stiffness = 0;  // k: pressure per displaced volume [Pa/m^3], >= 0
   };
   // Throws std::invalid_argument naming what is wrong: the parameter, a triangle, a node without
   // support; or that the rest shape is not stable at this pressure.
@@ -73,8 +75,8 @@ class InflatedMembrane {
   InflatedMembrane(InflatedMembrane&&) noexcept;
   InflatedMembrane& operator=(InflatedMembrane&&) noexcept;
 
-  // Displacements of the nodes [m] under `forces` on them [N], and what the air's pressure rises by
-  // [Pa]. Both as many as nodes; what acts on fixed nodes is ignored.
+  // Computes the displacements of the nodes [m] under `forces` on them [N]. Returns the rise of the
+  // air's pressure [Pa]. Both have one entry per node; forces on fixed nodes are ignored.
   double Displace(std::span<const Eigen::Vector3d> forces,
                   std::vector<Eigen::Vector3d>* displacements) const;
   // nodes x nodes, symmetric [m/N]: displacement of node i along its normal under a unit force on

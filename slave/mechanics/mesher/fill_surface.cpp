@@ -80,7 +80,7 @@ std::pair<Program, std::filesystem::path> Choose(Program wanted) {
                            " to be installed (deploy/install.sh mesher), or a mesh of tetrahedra");
 }
 
-// One line for people out of a program's last words.
+// Returns the last line of a program's output as a message for users.
 std::string Words(const std::string& output) {
   constexpr std::size_t kMaxLength = 600;
   std::string words;
@@ -101,7 +101,7 @@ void AppendPoints(const std::vector<Vector3d>& points, std::string* text) {
   }
 }
 
-// A surface divided again at about its own edges would only lose volume where it bends.
+// Remeshing a surface with similar edge lengths would only lose volume where it is curved.
 constexpr double kMuchLonger = 1.5;
 
 double MaxEdgeLength(const SurfaceMesh& surface) {
@@ -166,14 +166,14 @@ void WriteTetgenInput(const std::filesystem::path& file, const SurfaceMesh& surf
   WriteWholeFile(file, text);
 }
 
-// Returns Gmsh's .geo for the surface `surface.msh` in the same folder. `edge` > 0 asks for edges
-// of that length, and divides the surface again if its edges are much longer. 0 leaves the length
-// to Gmsh and keeps the surface.
+// Returns Gmsh's .geo for the surface `surface.msh` in the same folder. `edge` > 0 requests edges
+// of that length, and remeshes the surface if its edges are much longer. 0: Gmsh chooses the length
+// and keeps the surface.
 void WriteGmshInput(const std::filesystem::path& file, const SurfaceMesh& surface, double edge) {
   if (!WriteGmsh(file.parent_path() / "surface.msh", surface)) {
     throw std::runtime_error(file.string() + " cannot be written");
   }
-  // Classified, a cavity is a surface of its own, which Gmsh leaves empty.
+  // After the classification a cavity is a separate surface, which Gmsh leaves empty.
   std::string text = "Merge \"surface.msh\";\nClassifySurfaces{40*Pi/180, 1, 1, Pi};\n";
   if (edge > 0 && MaxEdgeLength(surface) > kMuchLonger * edge) text += "CreateGeometry;\n";
   // The surface's file names a physical group; without SaveAll nothing else would be written.
@@ -194,7 +194,7 @@ class Mesher {
   Mesher(const FillOptions& options, const std::stop_token& stop)
       : options_(options), stop_(stop), program_(Choose(options.program)) {}
 
-  // `edge` 0: left to the program.
+  // `edge` 0: the program chooses it.
   SolidMesh Fill(const SurfaceMesh& surface, double edge) {
     return program_.first == Program::kTetgen ? ByTetgen(surface, edge) : ByGmsh(surface, edge);
   }
@@ -223,7 +223,7 @@ class Mesher {
     if (end.status == 0 && std::filesystem::exists(folder_.path() / "in.1.ele")) {
       return Read("in.1.node", end.output);
     }
-    // A second run finds the triangles that cut each other, the usual reason.
+    // A second run finds intersecting triangles, the usual reason.
     const ProgramEnd why = Run({"-d", "in.smesh"});
     Fail("cannot fill the surface (it may intersect itself)", end.output + " " + why.output);
   }

@@ -11,9 +11,9 @@ namespace {
 
 constexpr double kSlack = 1e-9;    // of the radius: places on the disc's surface and rim
 constexpr double kAbsurd = 1e6;    // radii
-constexpr double kRim = 1e-6;      // nearer to the rim nothing can be moved [radii]
-constexpr double kPoint = 1e-4;    // radius of a face whose rim counts [radii]
-constexpr double kNearest = 1e-7;  // moved points nearer than that are one [radii]
+constexpr double kRim = 1e-6;      // smallest distance of moved points from the rim [radii]
+constexpr double kPoint = 1e-4;    // smallest radius of a face with a rim [radii]
+constexpr double kNearest = 1e-7;  // moved points closer than this are identical [radii]
 
 std::string_view WhyNot(const Contact& contact, const Geometry& geometry) {
   const bool moved = contact.kind == Contact::Kind::kDisplacement;
@@ -39,7 +39,8 @@ std::string_view WhyNot(const Contact& contact, const Geometry& geometry) {
   return {};
 }
 
-// Even loads add up where they overlap; what is moved or rigid shares its place with nothing.
+// Returns whether two contacts conflict: uniform loads may overlap, moved or rigid contacts may
+// not.
 bool Clash(const Touch& a, const Touch& b) {
   if (!a.is_sought() && !b.is_sought()) return false;
   const double gap = (a.disc.centre - b.disc.centre).norm() - a.disc.radius - b.disc.radius;

@@ -1,4 +1,4 @@
-// Contacts on a clamped circular plate, checked and nondimensional: what both plate models accept.
+// Checked, nondimensional contacts on a clamped circular plate, for both plate models.
 #pragma once
 
 #include <span>
@@ -27,7 +27,8 @@ struct Touch {
 
   [[nodiscard]] bool moved() const { return kind == Contact::Kind::kDisplacement; }
   [[nodiscard]] bool is_rigid() const { return face == Face::kRigid; }
-  // The solution determines the forces on its places, or how its load is distributed over them.
+  // Returns whether the solution determines the forces on its places, or the distribution of its
+  // load.
   [[nodiscard]] bool is_sought() const { return moved() || is_rigid(); }
   [[nodiscard]] bool IsAt(const Touch& other) const {
     return kind == other.kind && face == other.face && disc.centre == other.disc.centre &&

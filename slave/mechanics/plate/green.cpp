@@ -30,7 +30,7 @@ struct Pair {
   double poisson;
 };
 
-// q - ln(1 + q) for q >= 0, to working precision where the two nearly cancel.
+// Returns q - ln(1 + q) for q >= 0, accurate also where the two terms nearly cancel.
 double MinusLog1p(double q) {
   if (q > 0.01) return q - std::log1p(q);
   double power = q * q;

@@ -17,8 +17,9 @@ namespace {
 using Eigen::Index;
 
 constexpr int kIterations = 30;
-constexpr double kConverged = 1e-7;      // last relative step: Newton squares it
-constexpr double kNoShortWaves = 1e-12;  // resolution at the very rim
+constexpr double kConverged = 1e-7;  // last relative step; convergence is quadratic
+// Resolution below which short waves are ignored, as at the rim.
+constexpr double kNoShortWaves = 1e-12;
 
 }  // namespace
 
@@ -51,7 +52,8 @@ void ModalPlate::Place(std::span<const Press> presses, Symmetry symmetry) {
   resolution_.resize(contacts);
   near_.resize(contacts, contacts);
   for (Index k = 0; k < count; ++k) {
-    const Disc& disc = places_[static_cast<std::size_t>(k)].disc;  // its twin's modes are the same
+    // The mirror image of a place has the same modes.
+    const Disc& disc = places_[static_cast<std::size_t>(k)].disc;
     modes_.Evaluate(disc.centre, at_.col(k));
     if (disc.radius > 0) {
       modes_.Mean(disc, load_.col(k));
@@ -126,7 +128,7 @@ bool ModalPlate::Newton(double share) noexcept {
   for (int iteration = 0; iteration < kIterations; ++iteration) {
     if (!Linearise()) return false;
     Comply();
-    // First the amplitudes without a change of the unknown forces.
+    // Computes first the amplitudes for unchanged unknown forces.
     step_ = -gradient_;
     factor_.solveInPlace(step_);
     if (!SeekForces(share)) return false;
@@ -145,7 +147,7 @@ bool ModalPlate::Newton(double share) noexcept {
   return false;
 }
 
-// Forces after the step, next_, of the contacts where they are sought.
+// Computes next_, the forces after the step, of contacts with unknown forces.
 bool ModalPlate::SeekForces(double share) noexcept {
   free_ = at_.transpose() * (amplitudes_ + step_);
   for (Index k = 0; k < free_.size(); ++k) free_[k] += ShortWavesAt(k);
@@ -197,14 +199,15 @@ double ModalPlate::ShortWavesAt(Index place) const noexcept {
   return bending + waves->At(ForceNear(contact), resolution).deflection;
 }
 
-// Even loads.
+// Adds the forces of contacts with a uniform load.
 void ModalPlate::AddForces(double share) noexcept {
   for (std::size_t s = 0; s < presses_.size(); ++s) {
     if (!presses_[s].is_sought()) forces_[firsts_[s]] = share * presses_[s].value;
   }
 }
 
-// The energy's gradient at the amplitudes, and its tangent's factor. False: not convex there.
+// Computes the gradient of the energy at the amplitudes and factorises its tangent. Returns false
+// if the energy is not convex there.
 bool ModalPlate::Linearise() noexcept {
   Stretch();
   gradient_ = D_ * amplitudes_;
@@ -222,7 +225,7 @@ bool ModalPlate::Linearise() noexcept {
   return factor_.info() == Eigen::Success;
 }
 
-// pull_, stress_ c_k = a^T G_k a / 2, and sum_k c_k G_k into tangent_.
+// Computes pull_, stress_ (c_k = a^T G_k a / 2), and tangent_ (sum_k c_k G_k).
 void ModalPlate::Stretch() noexcept {
   pull_.setZero();
   tangent_.setZero();
@@ -276,8 +279,7 @@ void ModalPlate::Comply() noexcept {
   }
 }
 
-// The deflection under a contact at `x` with the width of the contact that is nearest in short
-// waves.
+// Returns the deflection at `x` including short waves, which use the width of the nearest contact.
 double ModalPlate::Deflection(const Eigen::Vector2d& x) noexcept {
   modes_.Evaluate(x, point_);
   double w = point_.dot(amplitudes_);
@@ -307,7 +309,7 @@ double ModalPlate::Deflection(const Eigen::Vector2d& x) noexcept {
 constexpr double kLinear = 0.1;  // deflections below it are spaced evenly, above geometrically
 constexpr double kStep = 0.08;
 constexpr int kEntries = 104;                      // to 190 thicknesses
-constexpr double kFiner[] = {1, 1.25, 1.5, 2, 3};  // modes against the plate's own number
+constexpr double kFiner[] = {1, 1.25, 1.5, 2, 3};  // numbers of modes relative to the plate's own
 constexpr std::size_t kMaxKept = 16;
 
 ShortWaves::ShortWaves(int order, double nu, double prestress, double load_radius, Face face)

@@ -4,12 +4,12 @@
 //   D a + N0 P a + sum_k c_k G_k a = sum_s F_s l_s          (l_s: means of the modes over the load)
 //   w_s = f_s^T a + sum_t g_st F_t + d_s(sum_t h_st F_t)    (f_s: the modes at its centre)
 //
-// for places s, t: one of an even load, several of a rigid face (pressed_places.h), where l_s = f_s
-// is the modes' mean of the two points. g is the deflection that the shapes beyond the modes add in
-// bending, known in closed form: the plate's Green's function less that of the modes. So the linear
-// answer is exact whatever the order. d is what stretching takes from it (ShortWaves), of the
-// contact at s and those so near that they share its short waves: h_st is g for points at the
-// contacts' centres, by g_ss; one for loads in one place.
+// for places s, t. A uniform load has one place, a rigid face several (pressed_places.h), for which
+// l_s = f_s is the modes' mean of the two points. g is the deflection in bending by the shapes
+// beyond the modes, known in closed form: the plate's Green's function minus that of the modes. So
+// the linear solution is exact for every order. d is the reduction of g by stretching (ShortWaves).
+// It depends on the contact at s and on contacts so close that they share its short waves: h_st is
+// g for points at the contacts' centres divided by g_ss, which is one for loads at the same place.
 #pragma once
 
 #include <memory>
@@ -28,12 +28,12 @@ namespace palpate::plate {
 // Effect of stretching on the shapes beyond a plate's modes, by comparison with a load at the
 // centre that is solved without modes.
 //
-// Around a small load the plate looks the same wherever it is pressed: the tension there comes from
-// the load itself (in Schwerin's membrane slope and tension depend on the force and the distance
-// from it alone, not on the plate's size). So the modes' error at the same force is taken from the
-// centre, where it is known: d(F) = w_exact(F) - w_modes(F), with as many modes there as resolve
-// the load as finely as it is resolved where it is. d vanishes with the cube of the force where the
-// plate bends only; a press at the centre becomes exact.
+// Around a small load the solution is nearly independent of its position, because the tension there
+// is caused by the load itself (in Schwerin's membrane slope and tension depend only on the force
+// and the distance from it, not on the plate's size). So the modes' error at the same force is
+// taken from a load at the centre, where it is known: d(F) = w_exact(F) - w_modes(F), with so many
+// modes that the load is resolved as finely as at its true position. d vanishes with the cube of
+// the force while the plate only bends; a press at the centre becomes exact.
 class ShortWaves {
  public:
   struct Share {
@@ -48,8 +48,8 @@ class ShortWaves {
   static std::shared_ptr<const ShortWaves> Of(int order, double nu, double prestress,
                                               double load_radius, Face face = Face::kEven);
 
-  // `resolution`: what the shapes beyond the modes add to the compliance under a point load there,
-  // by 1 / D. Odd in the force. No allocation.
+  // `resolution`: compliance that the shapes beyond the modes add under a point load there, in
+  // units of 1 / D. Odd in the force. No allocation.
   [[nodiscard]] Share At(double force, double resolution) const noexcept;
   [[nodiscard]] double load_radius() const { return load_radius_; }
   [[nodiscard]] Face face() const { return face_; }
@@ -87,13 +87,13 @@ class ModalPlate {
 
   // Positions of the loads, in a frame in which `symmetry` holds.
   void Place(std::span<const Press> presses, Symmetry symmetry);
-  // Newton from the last solution, else in steps from rest. `values`: as many as were placed.
-  // False: no solution; then at rest. Allocation-free for known sizes.
+  // Solves by Newton's method from the last solution, else in steps from rest. `values`: one per
+  // placed press. False: no solution, and the plate is at rest. Allocation-free for known sizes.
   bool Solve(std::span<const double> values) noexcept;
   void Reset() noexcept;
 
   struct Answer {
-    double force = 0, deflection = 0;  // the latter at the centre, of a rigid face
+    double force = 0, deflection = 0;  // deflection at the centre, or of the rigid face
     // d force / d deflection with the prescribed values of the others fixed; 0: it cannot move, or
     // does not touch.
     double stiffness = 0;

@@ -14,16 +14,16 @@ using plate::ModalPlate;
 using plate::Symmetry;
 using plate::Touch;
 
-constexpr double kCentral = 1e-9;        // a place nearer to the centre is there [radii]
-constexpr double kCentralRange = 10;     // times the range elsewhere
+constexpr double kCentral = 1e-9;        // places closer to the centre count as the centre [radii]
+constexpr double kCentralRange = 10;     // range at the centre relative to that elsewhere
 constexpr double kModerate = 0.3;        // |w| / a: rotations are moderate
-constexpr double kLawsLargest = 0.1;     // error by the law
-constexpr double kMaxDeflection = 1000;  // |w| / t that is attempted
-constexpr double kMaxForce = 1e11;       // E t^4 / a^2 that is attempted
-// Nondimensional: below it intermediate results lose digits, as do subnormal numbers.
+constexpr double kLawsLargest = 0.1;     // largest accepted error of the plate's law
+constexpr double kMaxDeflection = 1000;  // largest |w| / t that is tried
+constexpr double kMaxForce = 1e11;       // largest force that is tried [E t^4 / a^2]
+// Smallest nondimensional value: below it intermediate results become subnormal and lose digits.
 constexpr double kMinValue = 1e-290;
 constexpr std::string_view kDigitsLost = "the value is too small for the numerical precision";
-constexpr std::size_t kMaxTools = 64;  // diameters remembered
+constexpr std::size_t kMaxTools = 64;  // number of stored tool diameters
 
 bool IsSubnormal(double value) {
   return std::fpclassify(value) == FP_SUBNORMAL;
@@ -132,7 +132,8 @@ void PlateLargeModel::Prepare() {
   prepared_ = true;
 }
 
-// Contacts on one diameter leave the plate symmetric to it: half the modes will do.
+// If all contacts are on one diameter, the plate is symmetric to it, and half of the modes are
+// sufficient.
 void PlateLargeModel::Orient() {
   axis_ = {1, 0};
   double farthest = 0;
@@ -184,7 +185,7 @@ ContactResponse PlateLargeModel::ResponseOf(const Contact& contact, std::size_t 
   const double p = known_[touch].disc.centre.norm();
   const double inside_rim = std::max(0.0, 1 - p * p);
   const double range = params_.range * (centred ? kCentralRange : inside_rim * inside_rim);
-  // The law's error in what is answered: the force, or the deflection under a given one.
+  // Error of the plate's law in the result: the force, or the deflection under a given force.
   const double excess = plate::ExcessAtDepth(
       {.place = p, .deflection = w * t / params_.radius, .slenderness = t / params_.radius});
   const double share = moved || !(force * k * w > 0) ? 1 : force / (k * w);

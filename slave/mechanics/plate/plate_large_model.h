@@ -31,8 +31,7 @@ namespace palpate {
 //
 // Newton's method from the last solution. Beyond |w| = 0.3 a rotations are not moderate any more:
 // kExtrapolated; the same where the law's error in the solution, a force or the deflection under a
-// force, is beyond 10 % (plate_law.h). A diameter not met before takes tens of milliseconds and
-// memory.
+// force, is beyond 10 % (plate_law.h). A new diameter takes tens of milliseconds and memory.
 class PlateLargeModel final : public PlateSurface {
  public:
   struct Params {
@@ -70,7 +69,7 @@ class PlateLargeModel final : public PlateSurface {
 
   Params params_;
   double force_unit_ = 0;  // E t^4 / a^2 [N]
-  double prestress_ = 0;   // by E t^3 / a^2
+  double prestress_ = 0;   // in units of E t^3 / a^2
   plate::PlateModes modes_;
   plate::ModalPlate modal_;
   std::vector<std::unique_ptr<Pressed>> tools_;

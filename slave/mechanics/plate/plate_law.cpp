@@ -6,7 +6,7 @@
 namespace palpate::plate {
 namespace {
 
-constexpr double kNearest = 1e-3;  // to the rim that counts
+constexpr double kNearest = 1e-3;  // smallest distance from the rim that is used
 constexpr double kShear = 7.2;
 
 double Steep(double slenderness) {

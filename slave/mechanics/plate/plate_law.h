@@ -18,17 +18,17 @@ struct Indentation {
 
 // Excess of the plate's force at the same deflection, relative to the solid's force:
 //   7.2 (t/a)^2 / (1 - p^2)^2 + (1.95 + 90 t/a) (w/a)^2 / (1 - p^2)^(3/4).
-// Where it is below 0.15, it is within 0.03 of the measured one.
+// Up to 0.15 it is within 0.03 of the measured excess.
 double ExcessAtDepth(const Indentation& indentation) noexcept;
 
 // Deflection at the centre, by the radius, at which the excess is `excess`; 0: the plate is too
 // thick for any.
 double DeflectionOfExcess(double excess, double slenderness) noexcept;
 
-// One standard deviation, by the force, of what the law does to the force found from the shape
-// around the load:
-//   2.5 (t/a)^2 / (1 - p^2)^3 and 1.25 (w/a)^2 / (1 - p^2), of opposite signs or not.
-// What was measured is within twice of it wherever the plate's answer is valid.
+// Returns one standard deviation, relative to the force, of the error that the plate's law causes
+// in a force estimated from the shape around the load:
+//   2.5 (t/a)^2 / (1 - p^2)^3 and 1.25 (w/a)^2 / (1 - p^2), whose signs may be opposite.
+// The measured errors are within twice this value wherever the plate's answer is valid.
 double LawsSigma(const Indentation& indentation) noexcept;
 
 // Largest |w| / t at a radius [radii] up to which modes of order 12 find the force from the shape

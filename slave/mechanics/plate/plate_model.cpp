@@ -96,7 +96,8 @@ void PlateModel::Prepare() {
   deflections_.setZero(count);
 }
 
-// Forces of the moved contacts: what their prescribed deflection leaves after the loads' share.
+// Solves for the forces of the moved contacts, from their prescribed deflections minus the
+// deflections caused by the loads.
 bool PlateModel::SolveForces() {
   values_.clear();
   for (std::size_t i = 0; i < touches_.size(); ++i) {

@@ -23,7 +23,7 @@ constexpr int kMaxOrder = 40;
 constexpr int kMaxRoundOrder = 120;
 constexpr int kMaxModes = 2048;
 constexpr int kMaxRadial = kMaxRoundOrder / 2 + 4;
-constexpr int kStressDegrees = 4;  // beyond the order
+constexpr int kStressDegrees = 4;  // degrees of stress modes beyond the order
 
 // Jacobi's polynomials P_n^(alpha, beta)(x), n < values.size().
 void Jacobi(double alpha, double beta, double x, std::span<double> values) {
@@ -70,7 +70,7 @@ double Wave(int m, bool sine, double angle) {
   return sine ? std::sin(m * angle) : std::cos(m * angle);
 }
 
-// Rows of A become orthonormal in `gram`: the inverse of its Cholesky factor.
+// Returns the inverse Cholesky factor of `gram`, which makes modes orthonormal.
 MatrixXd Orthonormaliser(const MatrixXd& gram) {
   const Eigen::LLT<MatrixXd> factor(gram);
   if (factor.info() != Eigen::Success)
@@ -84,7 +84,8 @@ double NormOfWave(int m) {
 
 }  // namespace
 
-// Per Fourier mode on the radial rule, row per mode, column per point.
+// Radial functions of one Fourier mode at the points of the radial rule: one row per mode, one
+// column per point.
 struct PlateModes::Radial {
   struct Deflection {
     MatrixXd slope, swing;  // f', m f / r
@@ -92,7 +93,7 @@ struct PlateModes::Radial {
   struct Stress {
     MatrixXd rr, tt, rt;  // factors of cos, cos and sin of an Airy function with a cosine
   };
-  Quadrature rule;  // weights times r
+  Quadrature rule;  // the weights include the factor r
   std::vector<Deflection> deflection;
   std::vector<Stress> stress;
 };
@@ -224,7 +225,8 @@ void PlateModes::Evaluate(const Eigen::Vector2d& x,
   }
 }
 
-// A rule of rings inside the disc; its degree rises with what the modes can do within it.
+// Integrates by a rule of rings inside the disc, whose degree grows with the variation of the modes
+// within it.
 void PlateModes::Mean(const Disc& disc, Eigen::Ref<Eigen::VectorXd> values) const noexcept {
   if (disc.radius == 0) return Evaluate(disc.centre, values);
   static const std::array<Quadrature, 4> kRings = {GaussLegendre(3), GaussLegendre(5),
@@ -247,7 +249,7 @@ void PlateModes::Mean(const Disc& disc, Eigen::Ref<Eigen::VectorXd> values) cons
   }
 }
 
-// Appends the blocks of the named symmetry and of no narrower one.
+// Appends the blocks of this symmetry that no narrower symmetry contains.
 void PlateModes::AppendBlocks(Symmetry symmetry, const Radial& radial) {
   for (const Family& k : stresses_) {
     for (const Family& i : deflections_) {

@@ -1,5 +1,5 @@
-// Shapes in which the clamped plate bends and stresses with which it stretches, and how the two
-// work on each other: everything of the von Karman plate that does not depend on the load.
+// Bending modes and membrane stress modes of the clamped plate, and their coupling: all parts of
+// the von Karman plate that do not depend on the load.
 //
 // Nondimensional: lengths along the plate by its radius a, deflections by its thickness, with D the
 // bending stiffness and N0 the tension at rest. Deflections are polynomials times (1 - r^2)^2, by
@@ -22,8 +22,8 @@
 
 namespace palpate::plate {
 
-// The modes in use: only axisymmetric ones, those symmetric to the x axis, all. They come in this
-// order.
+// The modes in use: only axisymmetric ones, those symmetric to the x axis, or all. The modes are
+// sorted in this order.
 enum class Symmetry { kRound, kMirror, kNone };
 
 class PlateModes {
@@ -38,7 +38,7 @@ class PlateModes {
   [[nodiscard]] int stresses(Symmetry symmetry) const { return Count(stresses_, symmetry); }
   // Deflections at `x`, |x| <= 1, as many as `values` has rows. No allocation.
   void Evaluate(const Eigen::Vector2d& x, Eigen::Ref<Eigen::VectorXd> values) const noexcept;
-  // Their means over a disc. No allocation.
+  // Computes the modes' means over a disc. No allocation.
   void Mean(const Disc& disc, Eigen::Ref<Eigen::VectorXd> values) const noexcept;
 
   // The G_k of one Fourier mode of stresses between two of deflections, with k changing fastest,

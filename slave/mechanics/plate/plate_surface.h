@@ -22,7 +22,7 @@ SurfaceMesh MembraneGrid(double radius);
 // indentation.
 class PlateSurface : public DeformationModel {
  public:
-  // A flat round tool, as both plates know it: rigid, or with an even load.
+  // A flat round tool of both plate models: rigid, or with a uniform load.
   struct Tool {
     double width = 0;  // diameter [m]; 0: a point
     bool is_rigid = false;

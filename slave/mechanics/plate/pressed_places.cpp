@@ -11,7 +11,7 @@ using Eigen::Index;
 using Eigen::Vector2d;
 
 constexpr double kWorstCondition = 1e12;
-constexpr double kTouching = 1e-9;       // of the largest depth or force: as good as none
+constexpr double kTouching = 1e-9;       // tolerance relative to the largest depth or force
 constexpr double kDenserOutwards = 1.5;  // exponent of the angles
 
 std::size_t Of(int index) {
@@ -77,7 +77,7 @@ bool PressedPlaces::Solve(const Eigen::MatrixXd& compliance, const Eigen::Vector
   return false;
 }
 
-// The places that touched last, with forces that may be.
+// Starts from the places that touched last, with admissible forces.
 void PressedPlaces::Start(const Eigen::VectorXd& free, std::span<const double> values,
                           Eigen::VectorXd* forces) {
   touching_.clear();
@@ -105,7 +105,8 @@ void PressedPlaces::Start(const Eigen::VectorXd& free, std::span<const double> v
   }
 }
 
-// C f - d = -w0 at the places that touch, sum f = F for each loaded body.
+// Factorises the equations C f - d = -w0 at the touching places, with sum f = F for each loaded
+// body.
 bool PressedPlaces::Factorise(const Eigen::MatrixXd& compliance) noexcept {
   if (factored_ && touching_ == factored_for_) return true;
   const auto count = static_cast<int>(touching_.size());
@@ -159,7 +160,7 @@ bool PressedPlaces::Invert() noexcept {
   return condition < kWorstCondition;  // false for NaN too
 }
 
-// Forces and depths if all that touches keeps touching.
+// Computes forces and depths for unchanged touching places.
 void PressedPlaces::Seek(const Eigen::VectorXd& free, std::span<const double> values) noexcept {
   right_.resize(size_);
   for (int i = 0; i < static_cast<int>(touching_.size()); ++i) {
@@ -176,8 +177,8 @@ void PressedPlaces::Seek(const Eigen::VectorXd& free, std::span<const double> va
   }
 }
 
-// Moves from the present forces towards the requested ones until one would pull, and releases that
-// place. True: it reached the requested forces.
+// Moves from the present forces towards the computed ones until one would pull, and releases that
+// place. Returns true if no place was released.
 bool PressedPlaces::Approach(Eigen::VectorXd* forces) {
   const auto count = static_cast<int>(touching_.size());
   double way = 1, largest = 0;
@@ -203,7 +204,7 @@ bool PressedPlaces::Approach(Eigen::VectorXd* forces) {
   return false;
 }
 
-// The place of a rigid face that is farthest inside it. False: none is.
+// Adds the place that is farthest inside a rigid face. Returns false if no place is inside.
 bool PressedPlaces::TouchNext(const Eigen::MatrixXd& compliance, const Eigen::VectorXd& free,
                               const Eigen::VectorXd& forces) {
   Touching next;

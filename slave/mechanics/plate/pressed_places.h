@@ -1,7 +1,7 @@
-// Places at which contacts press on a plate, and the forces there of the bodies that are moved.
+// Places at which contacts press on a plate, and the forces at the places of moved or rigid bodies.
 //
 //   w = w0 + C f              (deflections w, forces f at the places; C: the plate's compliance)
-//   a held place              w = d
+//   a moved place              w = d
 //   a rigid flat face         f >= 0,  w >= d,  f (w - d) = 0   at each of its places (a negative
 //                             depth d or load pulls: all signs turned)
 //
@@ -39,25 +39,26 @@ double Deflection(const PressedPlace& load, const Eigen::Vector2d& x) noexcept;
 
 // How a contact presses: over its disc evenly, or as a rigid flat face.
 enum class Face : std::uint8_t { kEven, kRigid };
-// Half as many places as points on the rim, pairs that mirror each other on the diameter through
-// the plate's centre: denser outwards, where a face beside the centre touches. [measured: on 12
-// pairs within 0.1 % of 97, 0.5 % where the face is 0.05 from the rim of the plate]
+// Number of places of a rigid face: pairs of points on its rim that are mirror images about the
+// diameter through the plate's centre. They are denser outwards, where an eccentric face touches.
+// [measured: on 12 pairs within 0.1 % of 97, 0.5 % where the face is 0.05 from the rim of the
+// plate]
 constexpr int kPairs = 12;
 // Appends the places of a contact, which are pairs if `paired`, else single points.
 void AppendPlaces(const Disc& disc, Face face, bool paired, std::vector<PressedPlace>* places);
 
 class PressedPlaces {
  public:
-  // A contact whose force is sought; its places follow each other.
+  // A contact with unknown forces; its places are consecutive.
   struct Body {
     Eigen::Index first = 0, count = 1;
-    bool is_rigid = false;  // else held, with one place
-    bool is_force = false;  // of a rigid one: its load is prescribed, not its depth
+    bool is_rigid = false;  // false: a moved contact with one place
+    bool is_force = false;  // for a rigid one: the load is prescribed, not the depth
   };
   void Clear();
   void Add(const Body& body);
   [[nodiscard]] const std::vector<Body>& bodies() const { return bodies_; }
-  // The compliance is another than before.
+  // Call if the compliance has changed.
   void Renew() { factored_ = false; }
 
   // Replaces the bodies' part of `forces`, from which the search for the places that touch starts.

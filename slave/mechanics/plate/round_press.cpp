@@ -10,11 +10,11 @@ namespace {
 constexpr int kDegree = 8;
 constexpr int kNodes = kDegree + 1;   // per element
 constexpr int kPoints = kDegree + 3;  // of the rule
-constexpr double kConverged = 1e-7;   // last relative step: Newton squares it
+constexpr double kConverged = 1e-7;   // last relative step; convergence is quadratic
 constexpr int kIterations = 40;
 
-// Ends of the elements under a point load: graded by about five to the singular slope r ln r at the
-// centre and to the layer at the rim, 0.3 t / w thick.
+// Ends of the elements under a point load: graded by a factor of about five towards the singular
+// slope r ln r at the centre and the boundary layer at the rim, which is 0.3 t / w thick.
 constexpr double kEnds[] = {1e-4, 1e-3, 6e-3, 0.03, 0.1, 0.25, 0.5, 0.75, 0.92, 0.98, 0.996, 1};
 
 // Under a disc the slope is smooth inside; its third derivative jumps at the edge.
@@ -29,7 +29,7 @@ std::vector<double> Ends(double load_radius) {
   return ends;
 }
 
-// Share of the load inside r.
+// Returns the fraction of the load inside radius r.
 double Inside(double r, double load_radius, Face face) {
   if (r >= load_radius) return 1;
   return face == Face::kRigid ? 0 : (r / load_radius) * (r / load_radius);
@@ -111,7 +111,7 @@ void RoundPress::Divide(double load_radius) {
 }
 
 // Assembles the constant parts: both operators of the slope and of psi, the load, the deflection at
-// the centre. The slope is fixed at the centre and the rim, psi at the centre: a one on the
+// the centre. The slope is fixed at the centre and the rim, psi at the centre, by a one on the
 // diagonal.
 void RoundPress::AssembleLinear(double nu, double load_radius, double prestress, Face face) {
   const double D = 1 / (12 * (1 - nu * nu));

@@ -7,12 +7,12 @@
 //   D (r b'' + b' - b / r) = (psi + N0 r) b + F f(r) / (2 pi),   b(0) = b(1) = 0
 //   r psi'' + psi' - psi / r = -b^2 / 2,   psi(0) = 0,   psi'(1) = nu psi(1)   (the edge stays)
 //
-// where f is the share of the load inside r: an even load, or that of a rigid flat face, which at
-// the centre touches with the whole of its rim and hollows the plate within. Source: von Karman
-// 1910 in the form of Foeppl and Hencky; Timoshenko and Woinowsky-Krieger, Theory of Plates and
-// Shells, art. 96-100. Weak form, polynomials of degree 8 on elements graded to the centre, the
-// load's edge and the rim; psi is eliminated (the energy is then convex in b where the plate is in
-// tension), Newton.
+// where f is the share of the load inside r: of a uniform load, or of a rigid flat face, which at
+// the centre touches with its whole rim while the plate is concave inside. Source: von Karman 1910
+// in the form of Foeppl and Hencky; Timoshenko and Woinowsky-Krieger, Theory of Plates and Shells,
+// art. 96-100. Weak form, polynomials of degree 8 on elements graded to the centre, the load's edge
+// and the rim; psi is eliminated (the energy is then convex in b where the plate is in tension),
+// Newton.
 #pragma once
 
 #include <algorithm>
@@ -26,16 +26,17 @@
 
 namespace palpate::plate {
 
-// Largest absolute entry; NaN where there is one. Unlike a sum of squares it does not lose what is
-// smaller than 1e-154.
+// Returns the largest absolute entry; NaN if there is one. Unlike a sum of squares it does not
+// underflow for entries below 1e-154.
 template <typename Vector>
 double LargestEntry(const Eigen::MatrixBase<Vector>& v) {
   return v.size() == 0 ? 0 : v.cwiseAbs().template maxCoeff<Eigen::PropagateNaN>();
 }
 
-// The solution for a goal: by `newton` from the last one, else in steps from rest that double the
-// goal's share. `newton(share)` says whether it converged; `largest`: how large the whole goal is,
-// in units that one step from rest can take. False: no solution; then at rest.
+// Solves for a goal by `newton` from the last solution, else in steps from rest that double the
+// share of the goal. `newton(share)` returns whether it converged; `largest`: size of the whole
+// goal, relative to one that can be reached from rest in one step. False: no solution, and the
+// state is at rest.
 template <typename Newton, typename Rest>
 bool SolveBySteps(double largest, const Newton& newton, const Rest& rest) {
   if (newton(1)) return true;
@@ -81,8 +82,8 @@ class RoundPress {
   // -1 < nu <= 0.5; load over a disc of radius 0 (a point) to 1; prestress N0 >= 0.
   RoundPress(double nu, double load_radius, double prestress = 0, Face face = Face::kEven);
 
-  // Newton from the last solution, else in steps from rest. False: no solution to 1e-9; then at
-  // rest. No allocation.
+  // Solves by Newton's method from the last solution, else in steps from rest. False: no solution
+  // to 1e-9, and the plate is at rest. No allocation.
   bool SolveDeflection(double w) noexcept { return Solve({false, w}); }
   bool SolveForce(double force) noexcept { return Solve({true, force}); }
   void Reset() noexcept;

@@ -1,14 +1,14 @@
-// How forces relax: a series of exponentials (Prony), by steps of time.
+// Relaxation of forces by a series of exponentials (Prony), in time steps.
 //
 //   F(t) = integral of g(t - s) dF_e/ds ds,   g(t) = 1 - sum of share_i (1 - exp(-t / time_i))
 //
-// F_e: force of the elastic body with its moduli at once, zero before the first step. Exact where
-// F_e is straight within the steps: every term keeps
+// F_e: force of the elastic body with its instantaneous moduli, zero before the first step. Exact
+// if F_e is linear within the steps: every term stores
 //
 //   q_i <- exp(-h) q_i + share_i (1 - exp(-h)) / h dF_e,   h = step / time_i
 //
 // and F = (1 - sum of share_i) F_e + sum of q_i. If all moduli of a linear body relax alike, these
-// are its forces under prescribed displacements, whatever its shape (correspondence principle:
+// are its forces under prescribed displacements for any shape (correspondence principle:
 // Christensen, Theory of Viscoelasticity, 1982, 2.2). With F_e of a nonlinear body the law is
 // quasi-linear (Fung, Biomechanics, 1993, 7.6). Immutable; O(terms).
 #pragma once
@@ -72,13 +72,13 @@ class PronySeries {
   [[nodiscard]] Wrench Kept(const RelaxationMemory& memory) const;
 
   struct Step {
-    double fade = 1, taken = 0;  // of what the term kept, of what is added [-]
+    double fade = 1, taken = 0;  // factors of the stored term and of the added force [-]
   };
 
   std::vector<RelaxationTerm> terms_;
   std::vector<Step> steps_;
-  double left_ = 1;     // when all terms are gone
-  double at_once_ = 1;  // left_ and what the terms take
+  double left_ = 1;     // share of the force after all terms have decayed
+  double at_once_ = 1;  // left_ plus the shares of the terms
 };
 
 }  // namespace palpate

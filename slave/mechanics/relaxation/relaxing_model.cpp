@@ -9,8 +9,8 @@
 namespace palpate {
 namespace {
 
-// How far a contact without a width may slide within a step, by the larger side of the body [-].
-// [by definition]
+// Largest sliding distance of a contact without a width within a step, relative to the larger side
+// of the body [-]. [by definition]
 constexpr double kNearby = 0.05;
 
 Wrench WrenchOf(const ContactResponse& response) {
@@ -49,8 +49,8 @@ void RelaxingModel::Start(std::span<const Contact> contacts) {
   }
 }
 
-// Finds the same contact in the history, else the nearest one that it may have slid from; nullptr:
-// it is new.
+// Returns the history of the same contact, else of the nearest one from which it may have slid;
+// nullptr: the contact is new.
 RelaxingModel::History* RelaxingModel::Earlier(const Contact& contact, std::size_t number) {
   if (number < known_.size() && !known_[number].taken && known_[number].contact.IsAt(contact)) {
     return &known_[number];
@@ -67,7 +67,7 @@ RelaxingModel::History* RelaxingModel::Earlier(const Contact& contact, std::size
   return nearest;
 }
 
-// Room grows to the largest set.
+// Allocates only when the set of contacts is larger than ever before.
 void RelaxingModel::Remember(std::span<const Contact> contacts) {
   const auto is_same = [](const History& history, const Contact& contact) {
     return history.contact.IsAt(contact);

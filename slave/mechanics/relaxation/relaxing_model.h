@@ -1,12 +1,12 @@
 // A model of an elastic body whose moduli all relax alike: the forces of prescribed displacements
-// relax, what is loaded creeps. One Respond is one step of time, in which what is prescribed
-// changes evenly.
+// relax, and loaded contacts creep. One Respond is one time step, in which the prescribed values
+// change linearly.
 //
-// Every contact keeps the history of its force (prony_series.h). A load is what the elastic body
-// needs for the force that is prescribed to remain. For a linear model both are exact while the
-// contacts stay the same. A contact that is new remembers nothing; one that slides keeps the memory
-// of the last contact within its width. What a contact that ends leaves behind is lost: the surface
-// is at rest at once.
+// Every contact keeps the history of its force (prony_series.h). For a prescribed load the elastic
+// load is computed that gives this force after relaxation. For a linear model both are exact while
+// the contacts stay the same. A new contact has no history; a sliding one keeps the history of the
+// last contact within its width. The history of a contact that ends is lost: the surface returns to
+// rest at once.
 #pragma once
 
 #include <memory>
@@ -21,13 +21,13 @@ namespace palpate {
 
 class RelaxingModel final : public DeformationModel {
  public:
-  // `elastic` with the moduli at once: static, its answers independent of earlier ones. `step` [s].
-  // Throws: see PronySeries.
+  // `elastic`: a static model with the instantaneous moduli, whose answers are independent of
+  // earlier ones. `step` [s]. Throws: see PronySeries.
   RelaxingModel(std::unique_ptr<DeformationModel> elastic, std::span<const RelaxationTerm> terms,
                 double step);
 
   void Reset() override;
-  // Contacts that act at rest reach their values at once.
+  // Contacts that act already at the start reach their values at once.
   void Start(std::span<const Contact> contacts) override;
   void Prefetch(std::span<const Contact> contacts) override { elastic_->Prefetch(contacts); }
   [[nodiscard]] std::string_view failure() const override { return elastic_->failure(); }
@@ -58,7 +58,7 @@ class RelaxingModel final : public DeformationModel {
   PronySeries series_;
   double nearby_;                           // how far a contact without a width slides [m]
   std::vector<History> histories_, known_;  // of the contacts now, of those before
-  std::vector<Contact> at_rest_;            // contacts of the elastic body, shown last
+  std::vector<Contact> at_rest_;            // contacts of the elastic body at the last Respond
 };
 
 }  // namespace palpate

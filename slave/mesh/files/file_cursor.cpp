@@ -27,7 +27,7 @@ std::string WholeNumber(std::int64_t low, std::int64_t high) {
   return "a whole number from " + std::to_string(low) + " to " + std::to_string(high);
 }
 
-constexpr std::size_t kDeepest = 8;  // files that include files
+constexpr std::size_t kDeepest = 8;  // largest depth of nested include files
 constexpr std::string_view kBetween = " \t,\r\f\v";
 
 std::vector<std::string_view> Split(std::string_view line) {
@@ -89,7 +89,7 @@ FileCursor::FileCursor(std::filesystem::path file) : file_(std::move(file)) {
     Refuse("text in UTF-16", "UTF-8");
   }
   if (text_.starts_with(kUtf8)) text_.erase(0, kUtf8.size());
-  // Old programs end lines of text by CR alone.
+  // Old programs end lines with CR only.
   const bool is_binary = text_.find('\0') != std::string::npos;
   if (!is_binary && text_.find('\n') == std::string::npos) std::ranges::replace(text_, '\r', '\n');
 }
@@ -175,7 +175,7 @@ bool RowReader::Next() {
     if (fields_.empty()) continue;
     if (fields_[0] != "*INCLUDE") return true;
     if (fields_.size() < 2) Refuse("*INCLUDE", "the name of a file after it");
-    line = Trimmed(line.substr(0, line.find('#')));  // a name may have blanks
+    line = Trimmed(line.substr(0, line.find('#')));  // a name may contain blanks
     Include(std::string(Trimmed(line.substr(fields_[0].size()))));
   }
 }

@@ -89,7 +89,8 @@ class FileCursor : public SourcePlace {
     const double x = Real<T>("x"), y = Real<T>("y");
     return {x, y, Real<T>("z")};
   }
-  // A count of things that take `bytes_each` at least, so that the file must have room for them.
+  // Reads a number of items of at least `bytes_each` bytes, so that the rest of the file must be
+  // long enough.
   template <std::integral T>
   std::size_t Count(const char* what, std::size_t bytes_each) {
     const std::int64_t count = Whole<T>(what, 0, kMaxCount);
@@ -119,7 +120,7 @@ class FileCursor : public SourcePlace {
   std::filesystem::path file_;
   std::string text_;
   std::size_t position_ = 0;
-  std::size_t mark_ = 0;  // where what was taken last begins
+  std::size_t mark_ = 0;  // start of the last read item
   NumberForm form_ = NumberForm::kText;
 };
 
@@ -127,7 +128,7 @@ class FileCursor : public SourcePlace {
 // empty lines passed over, *INCLUDE lines replaced by the rows of the file they name.
 class RowReader : public SourcePlace {
  public:
-  // Throws std::invalid_argument: a file cannot be read, files that include each other without end.
+  // Throws std::invalid_argument: a file cannot be read, files that include each other endlessly.
   explicit RowReader(const std::filesystem::path& file);
 
   // Goes to the next row; false: there is none.

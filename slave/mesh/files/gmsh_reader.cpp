@@ -68,7 +68,7 @@ class GmshReader {
     End("$EndMeshFormat");
   }
 
-  // A one, as this file's writer keeps it in memory.
+  // Reads the integer one, which shows the byte order of the writer.
   void ReadByteOrder() {
     std::string_view rest_of_line;
     cursor_.NextLine(&rest_of_line);
@@ -113,13 +113,13 @@ class GmshReader {
     if (word != end) cursor_.Refuse(Quoted(word), end + " here");
   }
 
-  // Binary numbers begin behind the line's end.
+  // Binary numbers begin after the end of the line.
   void BeginNumbers() {
     std::string_view rest_of_line;
     if (numbers_ != NumberForm::kText) cursor_.NextLine(&rest_of_line);
   }
 
-  // Version 2 writes counts as text in both forms.
+  // Version 2 writes counts as text in both text and binary files.
   std::size_t CountOfLine(const char* what, std::size_t bytes_each) {
     cursor_.set_form(NumberForm::kText);
     const std::size_t count = cursor_.Count<int>(what, bytes_each);
@@ -128,7 +128,8 @@ class GmshReader {
     return count;
   }
 
-  // A number takes two characters at least, `0` and a blank.
+  // Returns the smallest size of an entry; a number in text takes at least two characters, `0` and
+  // a blank.
   [[nodiscard]] std::size_t Size(std::size_t integers, std::size_t integer_size,
                                  std::size_t reals) const {
     return numbers_ == NumberForm::kText ? 2 * (integers + reals)
@@ -148,7 +149,7 @@ class GmshReader {
     std::size_t left = CountOfLine("count of elements", Size(3, 4, 0) - 4);
     const bool text = numbers_ == NumberForm::kText;
     while (left > 0) {
-      // In text every element is a block of its own whose number comes first.
+      // In text every element is a separate block that begins with its number.
       std::int64_t number = text ? cursor_.Whole<int>("element", 0, kMaxTag) : 0;
       const CellKind& kind = Kind();
       const std::int64_t block = text
@@ -217,7 +218,7 @@ class GmshReader {
     RequireNoneLeft(left, "elements");
   }
 
-  // Smallest and largest number, of no use here.
+  // Skips the smallest and the largest number.
   void SkipRange() {
     cursor_.Whole<std::uint64_t>("smallest number", 0, kMaxTag);
     cursor_.Whole<std::uint64_t>("largest number", 0, kMaxTag);

@@ -6,9 +6,10 @@
 namespace palpate {
 namespace {
 
-constexpr double kMaxCoordinate = 1e15;  // [m]; its cube and its square's ratios are still numbers
+// [m]; its cube and the ratios of its squares do not overflow.
+constexpr double kMaxCoordinate = 1e15;
 
-// Numbers that only count from 0 are not worth keeping.
+// Drops numbers that only count from 0.
 std::vector<std::int64_t> UnlessPlain(std::vector<std::int64_t> numbers) {
   for (std::size_t i = 0; i < numbers.size(); ++i) {
     if (numbers[i] != static_cast<std::int64_t>(i)) return numbers;

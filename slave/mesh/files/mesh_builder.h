@@ -43,17 +43,17 @@ class MeshBuilder {
   void AddCell(const CellKind& kind, std::int64_t number, std::span<const std::int64_t> nodes);
   void Remark(std::string remark) { remarks_.push_back(std::move(remark)); }
 
-  // Throws: `largest`, a coordinate [m], is beyond what can be computed with.
+  // Throws: `largest`, a coordinate [m], is too large to compute with.
   void RequireNear(double largest) const;
-  // The tetrahedra or, without any, the triangles, in metres. Throws: neither, coordinates beyond
-  // what can be computed with.
+  // The tetrahedra or, without any, the triangles, in metres. Throws: neither, coordinates too
+  // large to compute with.
   MeshFile Finish(double unit);
 
  private:
   [[nodiscard]] int IndexOf(std::int64_t number) const;
   void AddQuad(std::int64_t number, const std::array<int, 4>& corners);
   void UseCorners(std::span<const int> corners);
-  // Drops the nodes in the middle of quadratic elements' edges: no linear element uses them.
+  // Removes the mid-edge nodes of quadratic elements, which no linear element uses.
   void DropMiddles(std::vector<std::array<int, 4>>* tets,
                    std::vector<std::array<int, 3>>* triangles);
 

@@ -144,7 +144,8 @@ class PlyReader {
     if (bytes == 0 && element.count > 0) {
       cursor_.Refuse("element " + Quoted(element.name) + " without properties", "one or more");
     }
-    const std::size_t slack = cursor_.form() == NumberForm::kText ? 1 : 0;  // at the file's end
+    // A final line end may be missing.
+    const std::size_t slack = cursor_.form() == NumberForm::kText ? 1 : 0;
     if (element.count > 0) {
       cursor_.RequireRoom(("count of " + element.name).c_str(),
                           static_cast<std::size_t>(element.count), bytes - slack);
@@ -240,7 +241,9 @@ class PlyReader {
   FileCursor cursor_;
   MeshBuilder builder_;
   std::vector<Element> elements_;
-  NodeMerger merger_{0};  // of vertices at the very same place: some writers give each face its own
+  // Merges vertices at equal positions, because some programs write separate vertices for each
+  // face.
+  NodeMerger merger_{0};
   std::vector<int> node_of_;  // of each vertex
 };
 

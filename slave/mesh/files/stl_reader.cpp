@@ -1,5 +1,5 @@
-// STL: triangles with three corners of their own each, ASCII or binary (80 bytes, a count, 50 bytes
-// per triangle, little-endian floats).
+// STL: triangles with three separate corners each, ASCII or binary (80 bytes, a count, 50 bytes per
+// triangle, little-endian floats).
 #include <array>
 #include <string>
 
@@ -17,7 +17,7 @@ constexpr CellKind kKind{0, 3, CellKind::Use::kTriangle, "triangle"};
 
 using Corners = std::vector<Eigen::Vector3d>;  // three per triangle
 
-// Some binary headers begin with `solid`, too; but the count behind them has a zero byte.
+// Some binary headers also begin with `solid`, but the count after them contains a zero byte.
 bool IsText(std::string_view text) {
   const std::string_view begin = text.substr(0, 2 * kHeader);
   return Trimmed(text).empty() || (Lowercase(Trimmed(begin)).starts_with("solid") &&
@@ -37,7 +37,7 @@ Corners ReadBinary(FileCursor* cursor) {
   corners.reserve(3 * count);
   while (corners.size() < 3 * count) {
     const std::size_t begin = cursor->position();
-    cursor->Seek(begin + 12);  // behind the normal, which the corners' order shows too
+    cursor->Seek(begin + 12);  // after the normal, which also follows from the order of the corners
     for (int i = 0; i < 3; ++i) corners.push_back(cursor->Point<float>());
     cursor->Seek(begin + kTriangle);
   }

@@ -6,7 +6,7 @@
 namespace palpate {
 namespace {
 
-// The number that begins a row; after the first one they rise by one.
+// Returns the number at the beginning of a row; numbers increase by one.
 std::int64_t RowNumber(const RowReader& rows, const char* what, std::int64_t row,
                        std::int64_t* first) {
   const std::int64_t number = rows.Whole(0, what, 0, FileCursor::kMaxCount);
@@ -18,13 +18,13 @@ std::int64_t RowNumber(const RowReader& rows, const char* what, std::int64_t row
   return number;
 }
 
-// The count at `field` of the first line; 0: it has no such field.
+// Returns the count at `field` of the first line; 0: the field is missing.
 std::size_t DeclaredCount(const RowReader& rows, std::size_t field, const char* what) {
   if (rows.fields().size() <= field) return 0;
   return static_cast<std::size_t>(rows.Whole(field, what, 0, FileCursor::kMaxCount));
 }
 
-// A field more or less, such as of a decimal comma, would shift the others.
+// An additional or missing field, for example from a decimal comma, would shift the others.
 void RequireFields(const RowReader& rows, std::size_t expected) {
   const std::size_t count = rows.fields().size();
   if (count == expected) return;

@@ -28,14 +28,14 @@ class EstimateBuilder {
   }
   void Reset() noexcept { in_contact_ = punctured_ = is_broken_ = false; }
 
-  // Whether the tracked object or tool was found.
+  // Sets whether the tracked object or tool was found.
   void Track(bool found, ContactEstimate* estimate) noexcept {
     if (found == tracking_) return;
     estimate->events.Add(found ? Event::kTrackingRegained : Event::kTrackingLost);
     tracking_ = found;
   }
 
-  // Whether the tool touches.
+  // Sets whether the tool touches.
   void Touch(bool touches, ContactEstimate* estimate) noexcept {
     if (touches != in_contact_) estimate->events.Add(touches ? Event::kContact : Event::kRelease);
     in_contact_ = touches;
@@ -59,16 +59,16 @@ class EstimateBuilder {
     const bool through = in_contact_ && (overshot || is_broken_);
     if (through && !punctured_) estimate->events.Add(Event::kPuncture);
     punctured_ |= through;
-    if (punctured_) {  // the cue of paper A, 4.2: the resistance is gone
+    if (punctured_) {  // the puncture cue of paper A, 4.2: the force becomes zero
       estimate->force = Eigen::Vector3d::Zero();
       estimate->Set({Validity::kPunctured});
     }
     estimate->sigma = std::hypot(sigma, modulus_tolerance_ * estimate->force->norm());
   }
 
-  // After SetForce: the moment of its force about the tip, frame S [N m], and the part of its sigma
-  // that does not come from the force's; nullopt: unknown. While nothing is touched there is none;
-  // the force's sigma then acts at up to `reach` from the tip [m].
+  // Call after SetForce. Sets the moment of the force about the tip, frame S [N m], and the part of
+  // its sigma that is independent of the force's sigma; nullopt: unknown. Without contact the
+  // moment is zero, and the force's sigma acts at a distance of up to `reach` from the tip [m].
   void SetMoment(const std::optional<Eigen::Vector3d>& moment, double sigma, double reach,
                  ContactEstimate* estimate) const noexcept {
     const double force = estimate->force ? estimate->force->norm() : 0;

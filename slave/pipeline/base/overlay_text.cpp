@@ -23,8 +23,9 @@ void DrawText(const std::string& text, const cv::Scalar& colour, cv::Mat* image)
 
 void DrawArrow(const cv::Point2d& from, const cv::Point2d& to, double sigma,
                const cv::Scalar& colour, cv::Mat* image) {
-  constexpr int kThickness = 2;                  // [px]
-  constexpr double kHead = 0.2, kHalfBar = 5.5;  // by the arrow's length; of a mark across it [px]
+  constexpr int kThickness = 2;  // [px]
+  // Head relative to the arrow's length; half length of a mark across it [px].
+  constexpr double kHead = 0.2, kHalfBar = 5.5;
   const double length = std::hypot(to.x - from.x, to.y - from.y);
   if (!(length > 1)) return;
   const cv::Point2d along = (to - from) / length, across(-along.y, along.x);

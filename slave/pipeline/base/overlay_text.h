@@ -19,8 +19,8 @@ void OnAnyImage(const cv::Scalar& colour, int thickness, const Draw& draw) {
   draw(colour, thickness);
 }
 
-// Draws an arrow [px] with marks across it at its length minus and plus `sigma` [px]. Nothing
-// where it is shorter than a pixel; no marks where `sigma` is less than half a pixel.
+// Draws an arrow [px] with marks across it at its length minus and plus `sigma` [px]. An arrow
+// shorter than a pixel is not drawn, nor are marks for a `sigma` below half a pixel.
 void DrawArrow(const cv::Point2d& from, const cv::Point2d& to, double sigma,
                const cv::Scalar& colour, cv::Mat* image);
 

@@ -96,7 +96,7 @@ std::vector<std::string> Introduction(const SenseInfo& info);
 // No function has a default: a wrapper that forgets one does not compile.
 //
 // One thread acquires, processes and estimates. Every other call may come from another thread, but
-// not at the same time as each other or Estimate. Only Prepare may run beside anything.
+// not at the same time as another call or Estimate. Only Prepare may run at any time.
 class SensingPipeline {
  public:
   virtual ~SensingPipeline() = default;
@@ -107,8 +107,8 @@ class SensingPipeline {
   // Waits for the next sample. False: the source has ended, or `stop`. Throws std::runtime_error
   // where the source breaks.
   virtual bool Acquire(const std::stop_token& stop) = 0;
-  // The long part that is independent of other threads: finds in the sample what the estimate
-  // needs.
+  // The long part that is independent of other threads: extracts from the sample the measurements
+  // for the estimate.
   virtual void Process() noexcept = 0;
   // Estimate from the acquired sample. `encoders`: at sensed_at(). Allocation-free after the first
   // ones; unknown values are flagged.
@@ -121,7 +121,7 @@ class SensingPipeline {
   // The surface around a tip at p_S_tip [m] and its compliance, without epoch and revision. False:
   // this sensing has none. It may take milliseconds.
   virtual bool MakePatch(const Eigen::Vector3d& p_S_tip, SurfacePatch* patch) noexcept = 0;
-  // Whether what was learnt since the last MakePatch would change it perceptibly.
+  // Returns whether data learnt since the last MakePatch would change the patch perceptibly.
   [[nodiscard]] virtual bool HasOutgrownPatch() const noexcept = 0;
   // Sets the learnt part of the curve. Only its known fields are set.
   virtual void LearnLaw(PatchLaw* law) noexcept = 0;
@@ -159,8 +159,8 @@ class SensingPipeline {
   [[nodiscard]] virtual std::optional<CameraHealth> health() const = 0;
 };
 
-// The sensing of the scene. Throws std::runtime_error or std::invalid_argument: what cannot be
-// opened, found or modelled.
+// The sensing of the scene. Throws std::runtime_error or std::invalid_argument: a source that
+// cannot be opened, an object that is not found, or one that cannot be modelled.
 std::unique_ptr<SensingPipeline> MakeSensingPipeline(const Scene& scene,
                                                      const SenseInputs& inputs = {});
 

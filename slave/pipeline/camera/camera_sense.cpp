@@ -21,8 +21,8 @@ namespace palpate {
 namespace {
 
 constexpr double kResolved = 0.05;  // resolution of the tip [px]
-constexpr double kTryPeriod = 1;    // between images whose rest state is tried [s]
-constexpr int kTries = 10;          // of the rest state, until it is given up
+constexpr double kTryPeriod = 1;    // time between attempts to measure the baseline [s]
+constexpr int kTries = 10;          // attempts to measure the rest state
 
 std::unique_ptr<FrameSource> Open(const Scene& scene, const SenseInputs& inputs) {
   if (inputs.player != nullptr) return Tapped(inputs.player->OpenFrames(), inputs.tap);
@@ -38,13 +38,13 @@ Frame FirstImageOf(FrameSource& source) {
   return *std::move(first);
 }
 
-// The tip in the first image: at its home, unless a template is searched.
+// Returns the tip in the first image: at its home, unless a template is searched.
 std::optional<Eigen::Vector3d> ReportedTip(const Scene& scene) {
   if (scene.sense.Find<TipTracking>()->template_file.empty()) return scene.manipulator.home;
   return std::nullopt;
 }
 
-// `local` with the object `offset` from rest [m], as the successor of `last`.
+// Returns `local` with the object displaced from rest by `offset` [m], as the successor of `last`.
 LocalModel Moved(LocalModel local, const Eigen::Vector3d& offset, const LocalModel& last) {
   if (!local.known()) return local;
   local.reference += offset;
@@ -62,7 +62,7 @@ int NearestElement(const BoundaryMesh& mesh, const Eigen::Vector2d& p_O) {
   return best;
 }
 
-// One row per image. The local model gives the force at the true depth.
+// Writes one row per image, with the force of the local model at the true depth.
 class CameraOfflineReport final : public OfflineReport {
  public:
   explicit CameraOfflineReport(const CameraSense& sense) : sense_(sense) {}
@@ -169,7 +169,7 @@ void CameraSense::Restart() noexcept {
 std::shared_ptr<Estimator> CameraSense::MeasureRestState() const {
   Scene scene = scene_;
   scene.object.X_SO = restarting_->X_SO;
-  // A template is searched in the whole image. Else the tip is where it is tracked.
+  // A template is searched in the whole image. Other tips need the encoder position.
   std::optional<Eigen::Vector3d> p_S_tip;
   if (scene.sense.Find<TipTracking>()->template_file.empty()) {
     const TipObservation& tip = observation_->tip;

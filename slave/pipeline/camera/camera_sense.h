@@ -56,17 +56,17 @@ class CameraSense final : public SensingPipeline {
   [[nodiscard]] const Frame& frame() const { return seen_; }
 
  private:
-  // Whether the rest state is to be measured again in the acquired image.
+  // Returns whether the baseline must be measured again in the acquired image.
   [[nodiscard]] bool IsRestartDue() const noexcept;
   // Measures the rest state in the last image.
   void Restart() noexcept;
   // Throws as Estimator does.
   [[nodiscard]] std::shared_ptr<Estimator> MeasureRestState() const;
   void ReportTrouble(const std::string& trouble);
-  // Of the last estimate, on the cover of the outline.
+  // Returns the displacement field of the last estimate on the mesh of the outline.
   [[nodiscard]] DisplacementField Field();
 
-  Scene scene_;  // with the model in force
+  Scene scene_;  // with the active model
   std::unique_ptr<FrameSource> source_;
   Frame next_, seen_;     // next_: acquired; seen_: image of the last estimate
   bool is_first_ = true;  // next_ is still the first image

@@ -13,9 +13,9 @@
 namespace palpate {
 namespace {
 
-// Gap to the surface from which on a tip surely touches nothing [sigma]. [by definition]
+// Gap above which a tip certainly does not touch the surface [sigma]. [by definition]
 constexpr double kFarSigmas = 3;
-// Part of the predicted indentation whose observation excludes a puncture [-]. [tuned:
+// Observed share of the predicted indentation that excludes a puncture [-]. [tuned:
 // PuncturesAreReportedWithinAnImageAndTheForceIsZeroFromThere]
 constexpr double kIndentationKept = 0.7;
 // Sigma of the tip in an image without any edge [px].
@@ -23,8 +23,8 @@ constexpr double kBlurMoves = 1;
 // Sigma of the tool's end in a template file [px]. [measured: 23 random set-ups by the page, rms
 // 0.11]
 constexpr double kAnchorSigma = 0.12;
-// An indentation replaces a rough tip if it is known to this part of the tool's width [-] and lies
-// no farther from the tip [px].
+// An indentation replaces a rough tip if its sigma is below this share of the tool's width [-], and
+// it is within this distance of the tip [px].
 constexpr double kInformativeIndentation = 0.1, kFarIndentation = 6;
 
 CameraView ToolView(const Scene& scene, const CameraView& view) {
@@ -48,7 +48,7 @@ double HiddenDepth(double gap, double sigma) {
   return sigma * std::sqrt(std::max(0.0, (1 + z * z) * below - z * density));
 }
 
-// The measurements of the object's edge; `object` is null where the scene tracks no contour.
+// Reports the measurements of the object's edge. `object` is null if the scene tracks no contour.
 void ReportSighting(const ObjectSighting* object, CheckDetails* details) {
   details->contour = details->camera_motion = std::nullopt;
   if (object == nullptr || !object->known) return;
@@ -109,8 +109,8 @@ void Estimator::Adopt(std::unique_ptr<TouchModel> touch, const Scene& scene) {
 }
 
 void Estimator::ResumeContact() noexcept {
-  // Share of the body's size, above the surface: the contact begins at the same point again [-].
-  // [by definition]
+  // Height above the surface, relative to the body's size, from which a contact is begun again at
+  // the same point [-]. [by definition]
   constexpr double kAbove = 1e-6;
   const BoundaryPlace& last = press_.place;
   const double above = touch_->radius() + kAbove * touch_->mesh.length_unit;
@@ -192,8 +192,8 @@ const ContactEstimate& Estimator::Estimate(const Frame& frame, const CameraObser
   return estimate_;
 }
 
-// Predict: the indentation that the last contact has under the tip as it is now, and how the edge
-// moves with it.
+// Prediction: indentation of the last contact for the present tip, and the resulting motion of the
+// edge.
 void Estimator::PredictIndentation() noexcept {
   const TipObservation& tip = observation_.tip;
   if (!edge_ || !tip.found) return;
@@ -210,9 +210,9 @@ void Estimator::PredictIndentation() noexcept {
   if (touches && !rules_.broken()) predicted_O_ = displacement_O / view_.pixel();
 }
 
-// Measure: motion and indentation of the object's edge. A search where the indentation should be
-// does not find an edge without it: while a puncture is possible, the search that finds more
-// counts.
+// Measurement: motion and indentation of the object's edge. A search at the predicted indentation
+// does not find an edge without indentation. While a puncture is possible, both are searched, and
+// the one with more edge positions is used.
 void Estimator::MeasureEdge(const cv::Mat& image) noexcept {
   if (!edge_) return;
   auto match = edge_->Measure(image, tool_, predicted_O_);
@@ -228,15 +228,15 @@ void Estimator::MeasureEdge(const cv::Mat& image) noexcept {
   edge_->Accept(match);
 }
 
-// The tip without the motion of the image. A rough one, under a cover, is replaced by the observed
-// indentation.
+// Returns the tip without the motion of the image. The inaccurate tip of a covered tool is replaced
+// by the observed indentation.
 Estimator::CompensatedTip Estimator::CompensateMotion() const noexcept {
   const TipObservation& tip = observation_.tip;
   CompensatedTip compensated{tip.p_I, tip.sigma,
                              tip.sigma * tip.sigma * Eigen::Matrix2d::Identity()};
   if (!edge_) return compensated;
   const ObjectSighting& object = edge_->sighting();
-  // The template stays as large as it was, the tool in a zoomed image does not.
+  // In a zoomed image the tool has another size than the template.
   const Eigen::Vector2d grown = std::expm1(object.motion.growth) * tip.lever;
   const double blur = kBlurMoves * std::max(0.0, 1 - object.sharpness);
   compensated.p_I = object.motion.Back(tip.p_I + grown);
@@ -293,7 +293,7 @@ std::optional<EncoderInnovation> Estimator::Innovation() const noexcept {
       registration.sigma() / tool_view_.pixel()};
 }
 
-// Along the surface's normal, into the object [unit of `indentation_O`].
+// Returns the component along the surface's normal, into the object [unit of `indentation_O`].
 double Estimator::DepthOf(const Eigen::Vector2d& indentation_O) const noexcept {
   return -indentation_O.dot(press_.place.normal_O);
 }
@@ -316,7 +316,7 @@ void Estimator::ForecastIndentation(const BoundaryPlace& place) noexcept {
   if (edge_) forecast_.Expect(place, tool_, registration_.X_SO, view_, touch_.get(), &*edge_);
 }
 
-// Sigma of the tip's distance from the surface [m], along the normal, where the force changes most.
+// Returns the sigma of the tip's distance from the surface along the normal [m].
 double Estimator::GapSigma(const BoundaryPlace& place,
                            const Eigen::Matrix2d& covariance) const noexcept {
   const Eigen::Vector3d p_S = registration_.X_SO * Planar(place.p_O);
@@ -328,7 +328,7 @@ double Estimator::GapSigma(const BoundaryPlace& place,
   return std::hypot(tip_sigma, registration_.sigma, n_S.dot(agreement_.Unexplained()));
 }
 
-// The tool whose apex is at `p_S_tip` and that lies as in the last image.
+// Returns the position of the tool with its apex at `p_S_tip` and the direction of the last image.
 Estimator::ToolPlace Estimator::ToolAt(const Eigen::Vector3d& p_S_tip) const noexcept {
   const Eigen::Vector2d d_I =
       Eigen::Rotation2Dd(observation_.tip.turn) * tracker_->tool_direction_I();
@@ -338,8 +338,8 @@ Estimator::ToolPlace Estimator::ToolAt(const Eigen::Vector3d& p_S_tip) const noe
   return {(X_OS * p_S_tip).head<2>() - touch_->radius() * d_O, d_O};
 }
 
-// Way across the normal from the point below the centre of a round end to the one that touched
-// first, once the tool points along `d_O`.
+// Returns the distance across the normal from the point below the centre of a round end to the one
+// that touched first, if the tool points along `d_O`.
 Eigen::Vector2d Estimator::RolledBy(const Eigen::Vector2d& normal_O,
                                     const Eigen::Vector2d& d_O) const noexcept {
   const Eigen::Vector2d& before = press_.d_O;
@@ -347,14 +347,15 @@ Eigen::Vector2d Estimator::RolledBy(const Eigen::Vector2d& normal_O,
   return -touch_->radius() * sine * Eigen::Vector2d(-normal_O.y(), normal_O.x());
 }
 
-// The apex of a tool that points along `d_O` and has displaced the place by `displacement_O` [m].
+// Returns the apex of a tool that points along `d_O` and has displaced the place by
+// `displacement_O` [m].
 Eigen::Vector2d Estimator::TipOf(const BoundaryPlace& place, const Eigen::Vector2d& d_O,
                                  const Eigen::Vector2d& displacement_O) const noexcept {
   const Eigen::Vector2d& n = place.normal_O;
   return place.p_O + displacement_O - RolledBy(n, d_O) + touch_->radius() * (n + d_O);
 }
 
-// Since the tool touched at the place of the last contact.
+// Returns the motion of the tool since it touched at the place of the last contact.
 TouchModel::ToolMotion Estimator::MotionOf(const ToolPlace& tool) const noexcept {
   const Eigen::Vector2d& n = press_.place.normal_O;
   const Eigen::Vector2d rolled_O = RolledBy(n, tool.d_O);
@@ -366,8 +367,7 @@ TouchModel::ToolMotion Estimator::MotionOf(const ToolPlace& tool) const noexcept
   return {Planar(displacement_O), Planar(rolled_O)};
 }
 
-// Unit vector along which the tool pointed when it touched at `place`, on its way from the last
-// image.
+// Returns the direction of the tool when it touched at `place`, interpolated from the last image.
 Eigen::Vector2d Estimator::DirectionAtTouch(const BoundaryPlace& place,
                                             const ToolPlace& tool) const noexcept {
   const ToolPlace& last = press_.tool;
@@ -378,14 +378,14 @@ Eigen::Vector2d Estimator::DirectionAtTouch(const BoundaryPlace& place,
   return (last.d_O + std::clamp(gone, 0.0, 1.0) * (tool.d_O - last.d_O)).normalized();
 }
 
-// A flat face that leans touches with a corner before its middle: how far before [m].
+// Returns the distance by which the corner of a tilted flat face touches before its centre [m].
 double Estimator::CornerAhead() const noexcept {
   if (touch_->indenter) return 0;
   const Eigen::Vector2d &n = press_.place.normal_O, &d = press_.tool.d_O;
   return touch_->reach() * std::abs(d.x() * n.y() - d.y() * n.x());
 }
 
-// Update: contact, force and local model.
+// Update of contact, force and local model.
 bool Estimator::UpdateContact(const CompensatedTip& tip) noexcept {
   Stopwatch lap;
   const Eigen::Isometry3d& X_SO = registration_.X_SO;
@@ -430,7 +430,7 @@ void Estimator::SetPressForce(const BoundaryPlace& place, const ContactResponse&
   }
   DetectPuncture(estimate_.depth);
   const Eigen::Isometry3d& X_SO = registration_.X_SO;
-  // The depth is known in pixels, and the force is proportional to it.
+  // The depth has an error in pixels, and the force is proportional to it.
   const double relative = std::hypot(std::hypot(touch_->WidthAt(place).sigma, touch_->RoundSigma()),
                                      pixel_tolerance_, plane_error_);
   const double relative_error = relative * response.force_O.norm();
@@ -477,8 +477,8 @@ LocalModel Estimator::LocalAt(const Eigen::Vector3d& p_S_tip) noexcept {
 }
 
 bool Estimator::MakePatch(const Eigen::Vector3d& p_S_tip, SurfacePatch* patch) noexcept {
-  // A round tool's contact grows with the depth, which no patch describes, and `extruded` would
-  // have to prepare every cell: the plane follows the tool.
+  // Without a patch the plane follows the tool: the contact of a round tool grows with the depth,
+  // which no patch describes, and `extruded` would have to prepare every cell.
   if (!p_S_tip.allFinite() || touch_->indenter || touch_->prepares_places()) return false;
   touch_->probe->Reset();
   const Eigen::Vector3d p_O_tip = registration_.X_SO.inverse() * p_S_tip;

@@ -44,9 +44,8 @@ struct StageHistograms {
 class Estimator {
  public:
   // `first`: an image of the object at rest. `p_S_tip_reported`: tip position from the encoders.
-  // `place`: of the object in it.
-  // Throws std::runtime_error or std::invalid_argument naming what cannot be used: see
-  // TipAndContourTracker, MakeModel.
+  // `place`: where the object may be in it. Throws std::runtime_error or std::invalid_argument
+  // naming the cause: see TipAndContourTracker, MakeModel.
   Estimator(const Scene& scene, const Frame& first, std::optional<Eigen::Vector3d> p_S_tip_reported,
             ObjectPlace place = ObjectPlace::kNearPose, Progress* progress = nullptr);
   ~Estimator();
@@ -117,7 +116,7 @@ class Estimator {
   // The tool at its contact point, or at the nearest one before.
   struct Press {
     BoundaryPlace place;
-    Eigen::Vector2d d_O{0, 0};  // as the contact began
+    Eigen::Vector2d d_O{0, 0};  // displacement at the beginning of the contact
     ToolPlace tool;
     TouchModel::ToolMotion motion;  // since then
   };
@@ -163,7 +162,7 @@ class Estimator {
   ManipulatorAgreement agreement_;
   Press press_;
   EstimateBuilder rules_;
-  double pixel_tolerance_ = 0;  // as the scene has it [-]
+  double pixel_tolerance_ = 0;  // from the scene [-]
   double plane_error_ = 0;      // see ToolDomain [-]
   double anchor_sigma_ = 0;     // of the tool's end in a template file [m]
   PunctureCue cue_;

@@ -9,23 +9,24 @@ namespace {
 
 // Distance from the surface within which an indentation is expected [px].
 constexpr double kNearDistance = 15;
-// Sigma of a computed indentation, relative [-]: of the model, and besides as elements are long for
-// the tool.
+// Relative sigma of a computed indentation [-]: part of the model, and part that grows with the
+// element length relative to the tool's width.
 constexpr double kModel = 0.05, kMesh = 0.1;
-// Depth at which a round tool's indentation is taken before it touches [px]. [by definition]
+// Depth for which a round tool's indentation is computed before it touches [px]. [by definition]
 constexpr double kFirst = 1;
-// Change of a round tool's depth after which it is taken again [-].
+// Relative change of a round tool's depth after which its indentation is computed again [-].
 constexpr double kDeepens = 0.1;
 
 }  // namespace
 
-// Displacements along the normal and, where the contact sticks, across it.
+// Computes the displacements along the normal and, for a sticking contact, in the tangential
+// direction.
 bool IndentationForecast::Take(const BoundaryPlace& place, double depth,
                                TouchModel* touch) noexcept {
   const Eigen::Vector3d n = Planar(place.normal_O), t(-n.y(), n.x(), 0);
   const double unit = touch->indenter ? -depth : touch->mesh.length_unit;
   if (!touch->FieldOf(place, unit * n, &along_n_)) return false;
-  // Without friction only the part along the normal presses.
+  // Without friction only the normal component is transmitted.
   const bool slides = touch->law == ContactLaw::kFrictionless;
   if (!slides && !touch->FieldOf(place, std::abs(unit) * t, &along_t_)) return false;
   for (const int axis : {0, 1}) {

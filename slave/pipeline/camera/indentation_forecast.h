@@ -16,9 +16,9 @@ namespace palpate {
 // One thread; allocation-free after the first expected indentation.
 class IndentationForecast {
  public:
-  // Gives the monitor the expected motion of the outline per motion of the contact at `place`,
-  // while the tool is there or comes near. The indentation of a round tool changes its shape with
-  // depth.
+  // Passes to the monitor the expected motion of the outline per motion of the contact at `place`,
+  // while the tool is at or near the surface. The indentation of a round tool changes its shape
+  // with depth.
   void Expect(const BoundaryPlace& place, const ObjectRegistrationMonitor::Bar& tool,
               const Eigen::Isometry3d& X_SO, const CameraView& view, TouchModel* touch,
               ObjectRegistrationMonitor* watch) noexcept;

@@ -13,31 +13,34 @@
 namespace palpate {
 namespace {
 
-constexpr double kOffOutline = 2;      // distance from the mesh of a point that is not on it [px]
-constexpr double kEdgeSigma = 0.1;     // sigma of one edge position in a sharp image [px]
-constexpr double kModelSigma = 0.06;   // sigma of a computed displacement, relative [-]
-constexpr double kBesidePatch = 0.25;  // in addition at the contact; fades over an element [-]
-constexpr int kReach = 5;              // search distance along the normal [px]
-constexpr double kIndentationReach = 0.6;  // in addition, of the indentation there [-]
-constexpr double kBesideTool = 4;          // margin of the occlusion beside the tool [px]
-constexpr double kBeforeTip = 6;           // and beyond its end [px]
-constexpr double kBorder = 12;             // margin of the image without room for a search [px]
-constexpr int kRounds = 12;                // iterations of the fit, at most [-]
-constexpr double kAgrees = 4;              // gate of one edge position [sigma]
-constexpr double kMaxError = 0.8;          // error that lens or shutter may cause [px]
-constexpr double kMaxDisturbed = 4;        // factor by which a disturbed image widens the gate [-]
-constexpr double kMinAgreeing = 0.5;       // part of the positions in view [-]
+constexpr double kOffOutline = 2;     // distance from the mesh of a point that is not on it [px]
+constexpr double kEdgeSigma = 0.1;    // sigma of one edge position in a sharp image [px]
+constexpr double kModelSigma = 0.06;  // sigma of a computed displacement, relative [-]
+// Additional sigma at the contact, which decreases over one element [-].
+constexpr double kBesidePatch = 0.25;
+constexpr int kReach = 5;  // search distance along the normal [px]
+// Additional search distance, relative to the indentation there [-].
+constexpr double kIndentationReach = 0.6;
+constexpr double kBesideTool = 4;    // margin of the occlusion beside the tool [px]
+constexpr double kBeforeTip = 6;     // margin beyond its end [px]
+constexpr double kBorder = 12;       // margin of the image that is too narrow for a search [px]
+constexpr int kRounds = 12;          // iterations of the fit, at most [-]
+constexpr double kAgrees = 4;        // gate of one edge position [sigma]
+constexpr double kMaxError = 0.8;    // error that lens or shutter may cause [px]
+constexpr double kMaxDisturbed = 4;  // factor by which a disturbed image widens the gate [-]
+// Smallest fraction of the visible positions that must agree [-].
+constexpr double kMinAgreeing = 0.5;
 constexpr int kMinPlaces = 12;             // positions of a fit [-]
 constexpr double kKnown = 0.4;             // sigma above which the motion is unknown [px]
 constexpr double kIndentationKnown = 1.0;  // the same of the indentation [px]
 // Motion that is not compensated [px]. [tuned: MotionThatIsNotCompensatedIsInSigma]
 constexpr double kMinMotion = 0.2;
 constexpr double kLookAgain = 1.5;  // correction after which the edge is searched again [px]
-// Prior sigmas [px]: the shift may be anything; object and camera turn and grow little, which a
-// disc or half an outline does not determine.
+// Prior sigmas [px]. The shift is free. Rotation and growth are small; a disc or half an outline
+// does not determine them.
 constexpr double kAnyShift = 100, kTurn = 0.15, kGrowth = 0.7, kAnyIndentation = 6;
 
-// Whether the tool hides `p`. With an unknown direction: what is near its tip.
+// Returns whether the tool hides `p`. If its direction is unknown: whether `p` is near its tip.
 bool Hides(const ObjectRegistrationMonitor::Bar& tool, const Eigen::Vector2d& p) {
   const Eigen::Vector2d from_tip = p - tool.p_I_tip;
   if (tool.d_I.isZero(0)) return from_tip.norm() < tool.width + kBesideTool;
@@ -45,7 +48,8 @@ bool Hides(const ObjectRegistrationMonitor::Bar& tool, const Eigen::Vector2d& p)
   return aside < 0.5 * tool.width + kBesideTool && from_tip.dot(tool.d_I) < kBeforeTip;
 }
 
-// Square of a motion measured as `moved` with covariance C, without the part of the noise.
+// Returns the square of a motion measured as `moved` with covariance C, minus the part of the
+// noise.
 Eigen::Matrix2d StandingOut(const Eigen::Vector2d& moved, const Eigen::Matrix2d& C) {
   const double square = moved.dot(C.inverse() * moved);
   const double share = square > 2 ? 1 - 2 / square : 0;
@@ -174,8 +178,8 @@ void ObjectRegistrationMonitor::Gather(const cv::Mat& image, const Bar& tool,
   }
 }
 
-// Iteratively reweighted squares of the offsets gathered at `x`, which gets the correction. False:
-// too few places agree.
+// Fits the offsets gathered at `x` by iteratively reweighted least squares and corrects `x`.
+// Returns false if too few places agree.
 bool ObjectRegistrationMonitor::Fit(Vector& x) noexcept {
   if (static_cast<int>(sights_.size()) < kMinPlaces) return false;
   Vector hold;  // 1 / sigma^2
@@ -215,7 +219,7 @@ bool ObjectRegistrationMonitor::Fit(Vector& x) noexcept {
          found.agreeing >= std::max<double>(kMinPlaces, kMinAgreeing * found.places);
 }
 
-// Counts the positions that agree with the fit, and the longest run that lies off to one side.
+// Counts the positions that agree with the fit, and the longest run that deviates to one side.
 void ObjectRegistrationMonitor::Compare(const Vector& move, double scale) noexcept {
   ObjectSighting& found = found_.sighting;
   found.agreeing = found.apart = 0;
@@ -293,7 +297,7 @@ void ObjectRegistrationMonitor::Accept(const Match& match) noexcept {
 void ObjectRegistrationMonitor::SetSighting(const Bar& tool) noexcept {
   const Vector& x = found_.x;
   ObjectSighting& found = found_.sighting;
-  // Motion of the tip by that of the image.
+  // Motion of the tip that results from the motion of the image.
   const Eigen::Vector2d arm = (tool.p_I_tip - centre_ - x.head<2>()) / size_;
   Eigen::Matrix<double, 2, 4> J;
   J << 1, 0, -arm.y(), arm.x(), 0, 1, arm.x(), arm.y();
@@ -302,7 +306,7 @@ void ObjectRegistrationMonitor::SetSighting(const Bar& tool) noexcept {
   if (!(sigma < kKnown)) return;
   found.known = true;
   found.sigma_px = sigma;
-  // A motion within its own error would only shake the tip.
+  // Compensating a motion smaller than its error would only add noise to the tip.
   const bool still = x.head<4>().cwiseAbs().maxCoeff() < kMinMotion;
   found.motion = MotionOf(still ? Vector(Vector::Zero()) : x);
   found.motion_covariance = still ? StandingOut(J * x.head<4>(), C) : C;

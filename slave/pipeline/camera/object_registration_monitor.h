@@ -38,12 +38,12 @@ class ObjectRegistrationMonitor {
 
   // Call this when the mesh's vertices have moved: the basis is discarded.
   void Adopt(const BoundaryMesh& mesh);
-  // Where a contact's patch is at rest, its width and the length of the elements there [px].
+  // Position of a contact's patch at rest, its width and the length of the elements there [px].
   struct Patch {
     Eigen::Vector2d p_I{0, 0};
     double width = 0, element = 1;
   };
-  // How the vertices move with the patch, per unit along x and y of O [-].
+  // Sets the motion of the vertices per unit motion of the patch along x and y of O [-].
   void SetIndentation(const std::vector<Eigen::Vector3d>& along_x,
                       const std::vector<Eigen::Vector3d>& along_y, const Patch& patch) noexcept;
   void ForgetIndentation() noexcept { has_indentation_ = false; }
@@ -67,7 +67,7 @@ class ObjectRegistrationMonitor {
  private:
   struct Anchor {                  // normal of a point on the mesh
     std::size_t from = 0, to = 0;  // vertices
-    double s = 0;                  // of the way between them [0, 1]
+    double s = 0;                  // position between them [0, 1]
     bool on_outline = true;
     double indentation_sigma = 0;  // error of the modelled motion, relative [-]
     Eigen::Matrix2d indentation_I =
@@ -76,7 +76,7 @@ class ObjectRegistrationMonitor {
   struct Sight {  // of a point in this image
     std::size_t place = 0;
     double offset = 0;     // of the edge from the prediction, along the normal [px]
-    bool along_x = false;  // its normal
+    bool along_x = false;  // direction of its normal
     double sharpness = 1, exposure = 0;
     double sigma = 0;
     Vector J;  // d(offset) / d(unknowns)

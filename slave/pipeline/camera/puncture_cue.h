@@ -1,12 +1,11 @@
-// The membrane broke: stated by one camera before any force is (paper A, 4.2, which sets the force
-// to zero when the pipette overshoots).
+// Detects with one camera that the membrane broke (paper A, 4.2, which sets the force to zero when
+// the pipette overshoots).
 //
-// Three things come together. Overshoot: the tip is at least so deep behind the rest surface as the
-// scene says that membranes break. Velocity: the tool was driven in, or is where it was driven;
-// a tool that retreats breaks nothing. Force residual: what a model makes of the surface's shape.
-// With a linear model the force is proportional to the indentation, so the indentation that is
-// seen, in parts of the indentation that the tip's place asks for, is the part of the force that is
-// still there.
+// Three conditions must hold. Overshoot: the tip is behind the rest surface at least by the depth
+// at which membranes break according to the scene. Velocity: the tool was moving in, or has not
+// retreated since; a retreating tool breaks nothing. Force residual: with a linear model the force
+// is proportional to the indentation, so the measured indentation divided by the one expected for
+// the tip's position is the remaining share of the force.
 #pragma once
 
 #include <algorithm>
@@ -15,11 +14,13 @@ namespace palpate {
 
 class PunctureCue {
  public:
-  static constexpr double kGone = 0.4;          // part of the force at which it is gone
-  static constexpr double kSigmas = 2;          // by which it must be less
-  static constexpr double kMinIndentation = 8;  // that is to be expected [px]
+  static constexpr double kGone = 0.4;  // remaining share below which the force counts as zero
+  static constexpr double kSigmas = 2;  // number of sigmas by which the share must be below kGone
+  static constexpr double kMinIndentation = 8;  // smallest expected indentation [px]
   static constexpr double kRetreat =
-      0.15;  // of the largest depth: a tool that is so much shallower retreats
+      // Decrease of the depth, relative to the largest one, after which the tool counts as
+      // retreating.
+      0.15;
   static constexpr int kUnseenIndentation =
       2;  // images that must agree if no indentation was detected before
 
@@ -36,7 +37,8 @@ class PunctureCue {
   void Adopt(double from) noexcept { from_ = from; }
   // The tool left, or the sensing was reset.
   void Reset() noexcept { deepest_ = 0, gone_ = 0, was_dented_ = false; }
-  // Whether the indentation at `depth` [m] may have vanished: requests a second check.
+  // Returns whether the indentation at `depth` [m] may have vanished, which requires a second
+  // check.
   [[nodiscard]] bool IsArmed(double depth) const noexcept { return from_ > 0 && depth >= from_; }
   // Once per image in contact. True: the membrane is punctured.
   [[nodiscard]] bool Broke(const Sample& look) noexcept {

@@ -20,9 +20,9 @@ namespace {
 using Limits = CameraLimits;
 
 constexpr double kScaleSigmas = 3;
-constexpr double kOtherObject = 0.3;  // a size so different is that of something else
+constexpr double kOtherObject = 0.3;  // relative difference in size from which it is another object
 
-// A loop seen in S as an outline in O.
+// Converts a loop in S to an outline in O.
 Outline ToOutline(const std::vector<Eigen::Vector2d>& loop_S, const Eigen::Isometry3d& X_SO) {
   const Eigen::Isometry3d X_OS = X_SO.inverse();
   Outline outline;
@@ -64,7 +64,7 @@ Registration FromImage(const Scene& scene, CurveView contour_I, const CameraView
   const std::vector<Eigen::Vector2d> loop_S = ToSlave(smooth_I, view);
   Registration found;
   found.X_SO = scene.object.X_SO;
-  // Frame O sits in the middle of what was found, so that `fixed: arc` means an arc of it.
+  // The origin of O is the centre of the detected outline, so that `fixed: arc` refers to it.
   found.X_SO.translation().head<2>() = Centroid(loop_S);
   found.seen = std::make_shared<const Outline>(ToOutline(loop_S, found.X_SO));
   found.measured = true;

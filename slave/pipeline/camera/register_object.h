@@ -14,17 +14,17 @@
 
 namespace palpate {
 
-// How the rest surface was found in the first image.
+// Result of locating the rest surface in the first image.
 struct Registration {
   bool measured = false;                                   // false: the scene's pose is used
   Eigen::Isometry3d X_SO = Eigen::Isometry3d::Identity();  // pose in force
   double rms_px = 0;                    // of the contour points about the outline
-  int points = 0;                       // that the fit used
-  double sigma = 0;                     // how well the rest surface is known [m]
+  int points = 0;                       // number of points in the fit
+  double sigma = 0;                     // standard deviation of the rest surface [m]
   std::shared_ptr<const Outline> seen;  // frame O; only for `contour: from-image`, else null
 };
 
-// Where the object may be: near the scene's pose, or anywhere in the image, turned little.
+// Where the object may be: near the scene's pose, or anywhere in the image with a small rotation.
 enum class ObjectPlace { kNearPose, kAnywhere };
 
 // `contour_I`: the object's edge [px]; empty: the scene follows none. Throws std::runtime_error

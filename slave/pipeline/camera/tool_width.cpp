@@ -12,22 +12,24 @@
 namespace palpate {
 namespace {
 
-// Width by which the ends of a patch carry less: constant, linear, quadratic [elements]. [tuned:
-// tool_width_test, the division does not matter]
+// Width by which the ends of a patch carry less load, for constant, linear and quadratic elements
+// [elements]. [tuned: tool_width_test, the division does not matter]
 constexpr std::array<double, 3> kEnds{0.28, 0.11, 0.06};
-// One sigma of what is left, see tool_width.h: of the next order in the length of an element [-].
+// Sigma of the remaining error, see tool_width.h: part of the next order in the element length [-].
 // [tuned: tool_width_test, the division does not matter]
 constexpr double kNext = 0.045;
-// Share of the elements elsewhere [-]. [tuned: tool_width_test, the division does not matter]
+// Part of the other elements [-]. [tuned: tool_width_test, the division does not matter]
 constexpr double kOfBody = 0.0013;
-// Share of what is corrected for the tool [-]. [tuned: tool_width_test, the division does not
-// matter]
+// Part in proportion to the correction for the tool [-]. [tuned: tool_width_test, the division does
+// not matter]
 constexpr double kStretched = 0.02;
-// Share of what is corrected for the support [-]. [derived: the slope is 1, 0.86 was measured]
+// Part in proportion to the correction for the support [-]. [derived: the slope is 1, 0.86 was
+// measured]
 constexpr double kSupported = 0.2;
 constexpr std::size_t kMaxElements = 256;
 
-// ln of the length that the mesh holds of a disc's arcs by theirs: elements are held whole.
+// Returns ln of the supported length in the mesh relative to the arcs' length on a disc; only whole
+// elements are supported.
 double SupportOf(const BoundaryMesh& mesh, const Scene& scene) {
   if (!std::holds_alternative<DiscGeometry>(scene.object.geometry)) return 0;
   double held = 0, wanted = 0;
@@ -61,7 +63,7 @@ ToolWidth::Share ToolWidth::At(const BoundaryPlace& place, DeformationModel* mod
   return last_;
 }
 
-// Number of the patch's elements; 0: too many.
+// Returns the number of the patch's elements; 0: too many.
 double ToolWidth::LengthOf(const BoundaryPlace& place, double width) const noexcept {
   std::array<int, kMaxElements> patch;
   const int count = PatchElements(*mesh_, place.element, place.p_O, width, patch);
@@ -74,7 +76,7 @@ double ToolWidth::LengthOf(const BoundaryPlace& place, double width) const noexc
   return length;
 }
 
-// Along the normal [m/N]; 0: not known.
+// Returns the compliance along the normal [m/N]; 0: unknown.
 double ToolWidth::Compliance(const BoundaryPlace& place, double width,
                              DeformationModel* model) const noexcept {
   Contact contact;

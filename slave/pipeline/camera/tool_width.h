@@ -1,18 +1,19 @@
-// Corrects the force for whole boundary elements in place of a flat tool and of a fixed arc.
+// Corrects the force because whole boundary elements represent a flat tool and a fixed arc.
 //
-// A patch holds each element whose midpoint the tool covers: it is as wide as these are, not as the
-// tool, and a little less, since the elements at its ends carry less than the traction there, which
-// is singular. It is taken for L - a h wide, h the length of an element; a was fitted to quadratic
-// finite elements graded towards a bonded tool's ends, on blocks, wedges and discs with 1.5 to 10
-// elements under the tool. Of a plane body the compliance goes with the logarithm of the width
-// (Johnson 1985, 2.5); two patches give the rate. The support carries the same force over its own
-// length, so a disc's held arc, which is of whole elements too, counts as fast with the other sign:
-// 0.86 times so over 59 discs.
+// A patch consists of the elements whose midpoints the tool covers. Its effective width is that of
+// these elements, reduced because the elements at the ends carry less than the singular traction
+// there. It is L - a h, with the length h of an element; a was fitted to quadratic finite elements
+// graded towards a bonded tool's ends, on blocks, wedges and discs with 1.5 to 10 elements under
+// the tool. The compliance of a plane body varies with the logarithm of the width (Johnson 1985,
+// 2.5); the rate follows from two patches. The support carries the same force, so a disc's fixed
+// arc, which also consists of whole elements, has the same effect with opposite sign: 0.86 times as
+// large over 59 discs.
 //
-// What is left: of the end's law, an expansion in h / w, the next order; shares of what was put
-// right; and the elements elsewhere. Measured on 141 blocks, wedges and discs of constant elements
-// with h < 0.8 w, against meshes graded to 1e-4: error by sigma 0.99 rms, 70 and 96 % within one
-// and two. Longer elements err by less than their sigma, 0.8 rms.
+// The remaining error is the next order of the expansion in h / w, a share of the correction, and
+// the error of the other elements. Measured on 141 blocks, wedges and discs of constant elements
+// with h < 0.8 w, against meshes graded to 1e-4: the error divided by sigma has an rms of 0.99; 70
+// and 96 % are within one and two sigma. Longer elements have smaller errors than their sigma, 0.8
+// rms.
 #pragma once
 
 #include "slave/contact/boundary_contact.h"
@@ -27,7 +28,7 @@ class ToolWidth {
   ToolWidth(const BoundaryMesh& mesh, const Scene& scene);
 
   struct Share {
-    double factor = 1;  // by which the patch's force and stiffness are to be multiplied
+    double factor = 1;  // factor on the patch's force and stiffness
     double sigma = 0;   // remaining error, as share of the force [-]
   };
   // Queries the model for two contacts at `place` unless it is the last one. No allocation.

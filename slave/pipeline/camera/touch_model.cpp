@@ -16,7 +16,7 @@ namespace {
 // [measured: 416 presses of blocks, wedges and discs with 180 and 360 elements, 3 to 8 of them
 // touched, against 1600 elements: rms]
 constexpr double kRoundError = 0.035;
-// Distance of a tip from which on its place is not prepared, in widths of the tool. [by definition]
+// Largest distance at which the place of a tip is prepared, in widths of the tool. [by definition]
 constexpr double kNearWidths = 2;
 
 }  // namespace
@@ -56,7 +56,7 @@ void TouchModel::PrepareUnder(const Eigen::Vector3d& p_O_tip) noexcept {
   stiffness_at_home = n.dot(Respond(place, {}).stiffness_O * n);
 }
 
-// Whole elements are too long a raster for a tool only where the tool has fewer than two.
+// Whole elements are too coarse only if the tool covers fewer than two.
 Contact TouchModel::ContactAt(const BoundaryPlace& place) noexcept {
   Contact touch{Contact::Kind::kDisplacement, Planar(place.p_O), place.element, tool_width_, {}};
   if (!prepares_places_) return touch;
@@ -111,8 +111,8 @@ ToolWidth::Share TouchModel::WidthAt(const BoundaryPlace& place) noexcept {
   return width_ ? width_->At(place, deformation.get()) : ToolWidth::Share{};
 }
 
-// The mean of x^2 / 2 R over the width w is w^2 / 24 R. The angle w / R is that between the ends of
-// the patch.
+// The mean of x^2 / 2 R over the width w is w^2 / 24 R; w / R is the angle between the ends of the
+// patch.
 double TouchModel::FaceGap(const BoundaryPlace& place) const noexcept {
   if (indenter) return 0;
   std::array<int, 256> patch;

@@ -23,14 +23,14 @@ namespace palpate {
 struct TouchModel final : PreparedModel {
   // `found_outline`: in the image, for `contour: from-image`, else null. Throws like MakeModel.
   TouchModel(const Scene& scene, std::shared_ptr<const Outline> found_outline, Progress* progress);
-  // On a mesh whose model may be made already.
+  // Uses a mesh whose model may exist already.
   TouchModel(const Scene& scene, BoundaryMesh outline, std::unique_ptr<DeformationModel> model,
              Progress* progress = nullptr);
 
   [[nodiscard]] const ModelInfo& info() const override { return deformation->info(); }
 
-  // Displacement of the tool since its first contact, and of a round one that has turned, how far
-  // it has rolled: see ToolIndentation [m].
+  // Displacement of the tool since its first contact, and the rolling distance of a rotated round
+  // tool, see ToolIndentation [m].
   struct ToolMotion {
     Eigen::Vector3d displacement_O{0, 0, 0}, rolled_O{0, 0, 0};
   };
@@ -44,16 +44,16 @@ struct TouchModel final : PreparedModel {
                                       const ToolMotion& motion) noexcept {
     return Solve(place, motion, &pressed);
   }
-  // Displacements of the outline's vertices for the same [m]. False: not known. Across the normal a
-  // round tool moves as a flat one does.
+  // Computes the displacements of the outline's vertices for a motion of the tool [m]. False:
+  // unknown. Across the normal a round tool is treated as a flat one.
   bool FieldOf(const BoundaryPlace& place, const Eigen::Vector3d& displacement_O,
                std::vector<Eigen::Vector3d>* field) noexcept;
-  // Mean distance of a flat tool's face from the outline that it touches in its middle [m]: the
-  // model's patch takes the outline's curve, the face is straight.
+  // Returns the mean distance of a flat tool's face from the outline that it touches at its centre
+  // [m]: the model's patch follows the outline's curve, while the face is straight.
   [[nodiscard]] double FaceGap(const BoundaryPlace& place) const noexcept;
   [[nodiscard]] ToolWidth::Share WidthAt(const BoundaryPlace& place) noexcept;
-  // Share of the stiffness that gives the force of a round tool at this depth, whose contact was
-  // smaller before; 1 for a flat tool [-].
+  // Returns the secant stiffness divided by the tangent stiffness of a round tool, whose contact
+  // was smaller at smaller depths; 1 for a flat tool [-].
   [[nodiscard]] double SecantPart(const ContactResponse& response,
                                   const BoundaryPlace& place) const noexcept;
 
@@ -61,8 +61,8 @@ struct TouchModel final : PreparedModel {
   // contact of a round tool; 0 for a flat one [-].
   [[nodiscard]] double RoundSigma() const noexcept;
 
-  // `extruded`, whose places cost tenths of a second each: a tip that is far takes the last one,
-  // and a near one that of a raster on the outline.
+  // True for `extruded`, whose places take tenths of a second each: a distant tip uses the last
+  // place, a near one that of a raster on the outline.
   [[nodiscard]] bool prepares_places() const { return prepares_places_; }
 
   // Half the tool's width [m].
@@ -70,7 +70,7 @@ struct TouchModel final : PreparedModel {
   // Radius of the tool's end [m]; 0: flat.
   [[nodiscard]] double radius() const { return indenter ? indenter->radius() : 0; }
 
-  std::shared_ptr<const Outline> outline;  // that the mesh is made of; null: the scene's
+  std::shared_ptr<const Outline> outline;  // outline of the mesh; null: that of the scene
   ContactLaw law = ContactLaw::kBonded;
   BoundaryMesh mesh;
   std::unique_ptr<DeformationModel> deformation;

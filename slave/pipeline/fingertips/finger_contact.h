@@ -13,14 +13,15 @@
 
 namespace palpate {
 
-// The contact point lies on the deformed surface, the model takes places at rest. The place is the
-// closest one where contact begins, and moves along the surface with the contact point from then
-// on, once that is 2 mm away: localising is good for no less, and a place that hops from sample to
-// sample shakes the mesh. Taking off the model's displacement instead feeds the model's error back:
-// on the narrow side of the foam sponge the place ran away.
+// The contact point is on the deformed surface, but the model needs a place at rest. It is the
+// closest place at the beginning of the contact. Later it moves along the surface with the contact
+// point, in steps of at least 2 mm: localisation is not more accurate, and a place that jumps with
+// each sample makes the mesh vibrate. Subtracting the model's displacement instead would feed back
+// the model's error: on the narrow side of the foam sponge the place drifted away.
 //
-// Holding by displacement takes the place's depth under the fingertip's surface from the pose, and
-// lasts until the pose lets go: samples in which no contact is measured change nothing.
+// With `hold: displacement` the depth of the place below the fingertip's surface follows from the
+// pose, and the contact lasts until the pose ends it; samples without a measured contact change
+// nothing.
 class FingerContact {
  public:
   explicit FingerContact(const Tactile& tactile);
@@ -30,7 +31,7 @@ class FingerContact {
               const FingerTouch& touch, double largest_force) noexcept;
   // Ends the contact, because the position of the fingertip is unknown or it touches nothing.
   void EndContact() noexcept;
-  // The force of the fingertip acts instead of its displacement, if it is known.
+  // Uses the force of the fingertip instead of its displacement, if it is known.
   void ActByForce() noexcept;
 
   // Returns whether `contact()` acts on the mesh.
@@ -64,12 +65,13 @@ class FingerContact {
   std::string_view misplaced_;
 };
 
-// How deep the fingertip's sphere, or its cylinder behind, lies below the surface at rest [m].
+// Returns the depth of the fingertip's sphere, or of the cylinder behind it, below the surface at
+// rest [m].
 double DepthBelow(const SurfaceContact& surface, const Eigen::Isometry3d& X_OF,
                   double radius) noexcept;
 
-// How deep the surface of a fingertip (sphere and cylinder of `radius`, frame F) lies under `p_O`,
-// against the outward normal `n_O` [m]; negative: it does not reach it.
+// Returns the depth of a fingertip's surface (sphere and cylinder of `radius`, frame F) below
+// `p_O`, against the outward normal `n_O` [m]; negative: it does not reach it.
 double DepthUnderFinger(const Eigen::Isometry3d& X_OF, double radius, const Eigen::Vector3d& p_O,
                         const Eigen::Vector3d& n_O) noexcept;
 

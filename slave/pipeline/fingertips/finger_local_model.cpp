@@ -17,21 +17,23 @@ using Eigen::Isometry3d;
 using Eigen::Matrix3d;
 using Eigen::Vector3d;
 
-constexpr double kVouchedFor = 0.5;  // of the larger side, where the model states no range
+constexpr double kVouchedFor = 0.5;  // range relative to the larger side if the model states none
 constexpr double kMinShare = 0.25;   // of the full depth: contact does not begin without stiffness
 constexpr double kOnSurface = 1e-6;  // of the radius
-constexpr double kSpread = 0.3;  // small strain, coarse meshes: foams are off by tens of percent
-// Learning time of the measured force in the stiffness [s]. [tuned:
+// Relative error of the model: with small strain and coarse meshes tens of percent for foams.
+constexpr double kSpread = 0.3;
+// Time constant with which the stiffness follows the measured force [s]. [tuned:
 // TheRenderedForceBecomesTheOneEstimated]
 constexpr double kLearningTime = 0.05;
-// Learning time of the measured force in the lean, at the full depth; less deep, its weight is less
+// Time constant of the force's inclination at full depth; at smaller depths the weight is smaller
 // [s]. [tuned: TheRenderedForceLeansAsTheOneEstimated]
 constexpr double kLeanTime = 0.2;
-// Beyond it no spring has this stiffness [-]. [by definition]
+// Largest inclination; beyond it no spring has this stiffness [-]. [by definition]
 constexpr double kMaxLean = 0.5;
-// Share of the force, a third of what a hand notices [-]. [derived: Weber fraction of 0.1]
+// Change relative to the force, a third of the perception threshold [-]. [derived: Weber fraction
+// of 0.1]
 constexpr double kTurned = 0.03;
-// Size of a force that shows its direction [sigmas]. [by definition]
+// Smallest force whose direction is significant [sigmas]. [by definition]
 constexpr double kSignificant = 3;
 
 }  // namespace
@@ -90,7 +92,7 @@ void FingerLocalModel::FindPlane(const TactileBody& body, const Vector3d& p_O_ce
   const bool stays = touches && (law_ == ContactLaw::kBonded || nearest->inside);
   if (!stays || place_.triangle < 0) {
     place_ = *nearest;
-    // Beside an edge or a corner the sphere meets it from its own side.
+    // Beside an edge or a corner the contact normal points from the edge to the sphere's centre.
     const Vector3d away = p_O_centre - place_.p_O;
     if (!place_.inside && away.norm() > kOnSurface * radius_) place_.n_O = away.normalized();
   }
@@ -136,7 +138,7 @@ Matrix3d FingerLocalModel::StiffnessOf(TactileBody& body, int triangle, const Ve
   Matrix3d K;
   try {
     K = body.stiffness->At(triangle, weights, radius);
-  } catch (const std::exception&) {  // out of memory for what is computed when first requested
+  } catch (const std::exception&) {  // out of memory for nodes that are computed on demand
     K = DiscStiffness(material_, radius, n);
   }
   const double along = n.dot(K * n);

@@ -16,16 +16,17 @@
 
 namespace palpate {
 
-// The plane is that in which the fingertip's sphere would meet the surface at rest. Its reference
-// is where the moved tip, the pad's apex, lies when the sphere comes through: exact for every
-// direction of approach. A bonded contact keeps its plane and place until the sphere has come out;
-// a frictionless one follows the sphere until its centre comes inside.
+// The plane is the tangent plane at the point where the fingertip's sphere would touch the surface
+// at rest. Its reference is the position of the pad's apex when the sphere touches, so it is exact
+// for every direction of approach. A bonded contact keeps its plane and place until the sphere has
+// left; a frictionless one follows the sphere until its centre is inside the object.
 //
-// The model of small strain gives the stiffness its shape; the forces measured at each depth give
-// its size: the ratio of both at each depth (StiffnessScale) is learnt over tens of milliseconds of
-// contact, the slower the less the force exceeds its error, and kept for the next contact.
-// Force and slope along the normal are right at the present depth. So is its lean, of the measured
-// force across the normal by that along it, which small strain and a flat disc miss.
+// The small-strain model determines the shape of the stiffness, and the measured forces at each
+// depth its magnitude: the ratio of both at each depth (StiffnessScale) is learnt over tens of
+// milliseconds of contact, the slower the less the force exceeds its error, and kept for the next
+// contact. Force and slope along the normal are right at the present depth. So is its inclination,
+// the ratio of the measured force across the normal to that along it, which the small-strain model
+// of a flat disc does not represent.
 class FingerLocalModel {
  public:
   explicit FingerLocalModel(const Scene& scene);
@@ -33,7 +34,7 @@ class FingerLocalModel {
   // The estimated contact of the fingertip.
   struct MeasuredForce {
     Eigen::Vector3d force_S{0, 0, 0};  // of the object on it [N]
-    double sigma = 0;                  // rms that it may be off by [N]
+    double sigma = 0;                  // rms error of the force [N]
   };
   // Sets `model` for the fingertip at `X_SF`; it keeps its plane while the pose is not finite.
   // `measured`: absent without contact or with an unreliable force.
@@ -49,7 +50,7 @@ class FingerLocalModel {
   // SensingPipeline::MakePatch.
   bool MakePatch(TactileBody& body, const Eigen::Isometry3d& X_SO, const Eigen::Isometry3d& X_SF,
                  SurfacePatch* patch) noexcept;
-  // The lean has changed since the last patch.
+  // Returns whether the inclination has changed since the last patch.
   [[nodiscard]] bool HasOutgrownPatch() const noexcept;
   void LearnLaw(TactileBody& body, PatchLaw* law) noexcept;
   // Depth of the fingertip's sphere below the surface at rest [m]; negative outside.
@@ -60,7 +61,7 @@ class FingerLocalModel {
   [[nodiscard]] double modelled() const { return modelled_; }
   // Ratio of estimated to modelled force at the present depth [-].
   [[nodiscard]] double force_ratio() const { return scale_.At(depth_).ratio; }
-  // Searches the plane again and clears what was learnt.
+  // Clears plane and learnt values.
   void Forget() noexcept {
     place_.triangle = -1;
     scale_.Forget();
@@ -85,7 +86,7 @@ class FingerLocalModel {
   Material material_;
   ContactLaw law_;
   double radius_, disc_radius_, full_depth_;
-  TouchedPlace place_;  // its normal is that of the plane
+  TouchedPlace place_;  // its normal is the normal of the plane
   double depth_ = 0, modelled_ = 0;
   StiffnessScale scale_;
   double lean_rate_;                      // of learning, per sample [-]

@@ -19,7 +19,7 @@ namespace {
 
 using Eigen::Vector3d;
 
-// Where nobody says where a fingertip is its places are empty and its force is in frame F.
+// If the pose of a fingertip is unknown, its positions are empty and its force is in frame F.
 StateRow RowOf(const FingerEstimate& finger, const std::string& name,
                const ContactEstimate& estimate, Time start) {
   return {SecondsBetween(start, estimate.sensed_at),

@@ -32,14 +32,14 @@ void NumberSkin(const Scene& scene, TactileBody* body) {
   }
 }
 
-// The surface nearest to a finger at home.
+// Returns the surface point nearest to a finger at home.
 std::optional<TouchedPlace> PlaceOf(const Scene& scene, const SurfaceContact& contact,
                                     const Finger& finger) {
   return contact.Find(scene.object.X_SO.inverse() * finger.X_SF.translation(),
                       std::numeric_limits<double>::infinity());
 }
 
-// Where fingers that have a pose are about to press.
+// Returns the expected contacts of fingers that have a pose.
 std::vector<Contact> FirstContacts(const Scene& scene, const SurfaceContact& contact) {
   const Tactile& tactile = *scene.sense.Find<Tactile>();
   std::vector<Contact> contacts;
@@ -51,8 +51,8 @@ std::vector<Contact> FirstContacts(const Scene& scene, const SurfaceContact& con
   return contacts;
 }
 
-// The hand's other fingers that come to press about where the first one does: as far from the
-// object, at home, as that is. Where none has a pose, nothing is known of them.
+// Returns the other fingers that will press at about the same time as the first one: those that are
+// equally far from the object at home. Without poses there are none.
 std::vector<ContactStiffness::Companion> CompanionsOf(const Scene& scene,
                                                       const SurfaceContact& contact) {
   constexpr double kAsFar = 0.5;  // of the full depth
@@ -101,7 +101,7 @@ Scene InStepWithSamples(const Scene& scene) {
 
 std::unique_ptr<TactileBody> MakeTactileBody(const Scene& scene, Progress* progress) {
   Scene stepped = InStepWithSamples(scene);
-  stepped.tool.reset();  // of `solve` and `study`: fingertips touch here
+  stepped.tool.reset();  // the tool belongs to `solve` and `study`; here fingertips touch
   const ObjectMesh mesh = MeshObject(stepped, std::nullopt);
   const auto* solid = std::get_if<SolidMesh>(&mesh);
   if (solid == nullptr) {
@@ -117,7 +117,8 @@ std::unique_ptr<TactileBody> MakeTactileBody(const Scene& scene, Progress* progr
   try {
     body->deformation->Prefetch(FirstContacts(stepped, *body->contact));
     PrefetchStiffness(stepped, body.get());
-  } catch (const std::exception&) {  // fails again, with its reason, where it is touched
+    // The same failure is reported, with its reason, at the first contact.
+  } catch (const std::exception&) {
   }
   NumberSkin(stepped, body.get());
   body->larger_side = LargerSide(body->surface.nodes);

@@ -20,8 +20,8 @@ struct TactileBody final : PreparedModel {
   [[nodiscard]] const ModelInfo& info() const override { return deformation->info(); }
 
   SurfaceMesh surface;  // at rest, frame O; inner nodes too
-  // Ends searches for equilibrium that take longer than a sample can wait: they stop after a tenth
-  // of a second, and fail.
+  // Stops equilibrium iterations after a tenth of a second, because a sample cannot wait longer.
+  // They then fail.
   PrecomputeProgress limit{false};
   std::unique_ptr<DeformationModel> deformation;
   std::unique_ptr<SurfaceContact> contact;
@@ -32,8 +32,8 @@ struct TactileBody final : PreparedModel {
   std::vector<std::uint32_t> skin_triangles;
   std::vector<std::uint32_t> skin_held;  // its fixed nodes, by their number in `skin`
   double larger_side = 0;                // of the bounding box [m]
-  double largest_force = 0;              // that is accepted: E times the larger side squared [N]
-  bool moves_in_time = false;            // a Respond is one sample's period
+  double largest_force = 0;    // largest accepted force: E times the larger side squared [N]
+  bool moves_in_time = false;  // a Respond is one sample's period
 };
 
 // `time: dynamic` steps once per sample, independent of model.step. Throws std::invalid_argument:

@@ -18,10 +18,11 @@ using Eigen::Isometry3d;
 using Eigen::Vector3d;
 
 constexpr double kSameRate = 0.01;  // relative
-constexpr double kSilence = 100;    // periods: more is no other gap
-constexpr double kClear = 5e-3;     // between skin and object, for any pose [m]
-// Share of the scene's press, from where on force and model are compared [-]. [tuned: object softer
-// than stated]
+constexpr double kSilence = 100;    // periods; longer gaps are treated alike
+// Distance between skin and object above which there is no contact, for any pose [m].
+constexpr double kClear = 5e-3;
+// Smallest depth at which force and model are compared, relative to the scene's press [-]. [tuned:
+// object softer than stated]
 constexpr double kDeep = 0.6;
 constexpr double kArmApart = 5e-4;  // distance of fingertip and encoder pose that is followed [m]
 
@@ -50,7 +51,7 @@ void RequireSignals(const Tactile& tactile, const ForceNetwork& network) {
   }
 }
 
-// Throws std::invalid_argument naming the key: the network is for other channels.
+// Throws std::invalid_argument naming the key if the network is for other channels.
 void RequireChannels(const Scene& scene, const NetworkInfo& info) {
   const Tactile& tactile = *scene.sense.Find<Tactile>();
   const auto refuse = [&](const char* key, const auto& value, const auto& expected) {
@@ -76,7 +77,7 @@ ElectrodeLayout LayoutOf(const Tactile& tactile) {
   return apex;
 }
 
-// A file that a scene names and that cannot be used makes the scene unusable.
+// Loads a file named in the scene; a failure makes the scene unusable.
 template <typename Load>
 auto NamingTheKey(const Scene& scene, const char* key, const Load& load) {
   try {
@@ -171,7 +172,7 @@ const ContactEstimate& TactileEstimator::Estimate(const TactileFrame& frame,
   }
   times_.contact.Add(lap.Lap());
   object_.Deform();
-  // Samples without a contact would hide how long the others take.
+  // Samples without contact are excluded, because they take less time.
   const double mechanics = lap.Lap();
   if (!object_.contacts().empty()) times_.mechanics.Add(mechanics);
   const auto encoder_error = EncoderError(frame, p_S_tip, arm_lag);
@@ -190,15 +191,15 @@ void TactileEstimator::Observe(const TactileFrame& frame, const Vector3d& p_S_ti
   for (std::size_t i = 0; i < fingertips_.size(); ++i) {
     for (int k = 0; k < missing; ++k) fingertips_[i].Estimate(FingerReading{}, false);
     Locate(i, frame.fingers[i], p_S_tip);
-    // Even if the pose is as wrong as poses are, nothing is in contact.
+    // There is no contact even with the largest error of the pose.
     const double gap = -fingers_[i].depth.value_or(0);
     fingertips_[i].Estimate(frame.fingers[i], frame.after_gap && missing == 0,
                             gap > kClear && std::isfinite(gap));
   }
 }
 
-// Samples that did not come since the last one, as the stamps say, as many as make a silence; 0
-// where it is unknown how many.
+// Returns the number of missing samples since the last one by the timestamps, limited to that of a
+// silence; 0: unknown.
 int TactileEstimator::MissingBefore(const TactileFrame& frame) const noexcept {
   const double periods = SecondsBetween(estimate_.sensed_at, frame.sensed_at) * tactile_.rate;
   if (estimate_.sample == 0 || !(periods > 1.5)) return 0;
@@ -227,7 +228,8 @@ std::optional<double> TactileEstimator::EncoderError(
     const TactileFrame& frame, const Vector3d& p_S_tip,
     const std::optional<double>& arm_lag) noexcept {
   const bool is_compared = arm_lag && frame.fingers.front().X_SF;
-  if (!is_compared || fingertips_.front().misses()) return std::nullopt;  // else of an old frame
+  // Otherwise the value belongs to an old frame.
+  if (!is_compared || fingertips_.front().misses()) return std::nullopt;
   arm_.Agree(fingers_.front().p_S_apex, {p_S_tip, *arm_lag}, kArmApart);
   return arm_.apart();
 }
@@ -243,7 +245,7 @@ void TactileEstimator::EstimateFinger(std::size_t i,
   finger.sigma = touch.sigma;
   finger.Set(touch);
   CheckFinger(i, encoder_error);
-  // A pose that is turned turns the force, about the two axes across it.
+  // An error of the pose rotates the force about the two axes normal to it.
   if (finger.force && finger.has_pose) {
     const double across = tactile_.pose_tolerance * finger.force->norm();
     finger.sigma = std::hypot(finger.sigma, across, across);
@@ -278,7 +280,8 @@ void TactileEstimator::CheckFinger(std::size_t i,
   const auto [verdict, widening] = consistency.Close();
   finger.Add(verdict);
   finger.sigma *= widening;
-  // The force by the distance from the encoder pose, with the local model of the last sample.
+  // Computes the force error from the distance to the encoder pose, with the local model of the
+  // last sample.
   const Vector3d& n = estimate_.local_model.normal;
   const double slope = n.dot(estimate_.local_model.stiffness * n);
   if (finger.force && std::isfinite(slope)) {
@@ -351,7 +354,7 @@ void TactileEstimator::EstimateMoment() noexcept {
       arm.cross(*first.force) - share * (object_.X_SO().linear() * *response->moment_O);
   const double place_sigma = place.sigma > 0 ? place.sigma : tactile_.patch / 2;
   const double lever = std::max(arm.norm(), estimate_.moment->norm() / force);
-  // The model's own error, of which it knows the bound, changes the share.
+  // The error bound of the model changes the ratio.
   const double bound = response->force_error / modelled * share * response->moment_O->norm();
   estimate_.moment_sigma = std::hypot(std::hypot(share * response->moment_sigma, bound),
                                       std::hypot(force * place_sigma, lever * estimate_.sigma));

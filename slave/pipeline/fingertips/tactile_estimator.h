@@ -32,7 +32,7 @@ struct FingerEstimate : Verdict {
   std::optional<Eigen::Vector3d> p_S_contact;  // contact point on the object at rest [m]
   bool in_contact = false;
   std::optional<Eigen::Vector3d> force;  // of the object on the fingertip [N]; nullopt: unknown
-  double sigma = 0;                      // rms that its vector may be off by [N]
+  double sigma = 0;                      // rms error of the force vector [N]
 };
 
 // Network and localiser, which turn samples into forces and contact points.
@@ -110,7 +110,7 @@ class TactileEstimator {
     Checks<FingertipSample> checks = MakeFingertipChecks();
     Consistency consistency{kConsistencyWindow};
   };
-  // [samples]: as far as a network of the paper looks back, nearly.
+  // [samples]: nearly the window of the paper's networks.
   static constexpr int kConsistencyWindow = 15;
 
   [[nodiscard]] int MissingBefore(const TactileFrame& frame) const noexcept;

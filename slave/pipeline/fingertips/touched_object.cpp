@@ -54,13 +54,14 @@ void TouchedObject::Touch(std::size_t i, const Isometry3d* X_SF,
   fingers_[i].Update(*body_->contact, X_SO_.inverse() * *X_SF, touch, body_->largest_force);
 }
 
-// A body at rest that nothing touches stays so; one in motion moves on.
+// A body at rest without contact is not computed; a body in motion is.
 void TouchedObject::Deform() noexcept {
   if (!body_) return;
   SeparateHeld();
   if (Respond()) return;
   const bool holds = std::ranges::any_of(fingers_, IsDisplaced);
-  if (holds) {  // what cannot be held so, on supports say, may still be loaded
+  // A displacement may be impossible, for example on supports, where a load is possible.
+  if (holds) {
     for (const std::size_t i : acting_) fingers_[i].ActByForce();
     if (Respond()) return;
   }

@@ -17,7 +17,7 @@
 
 namespace palpate {
 
-// Without a body, because the poses of the fingertips are unknown, nothing touches and deforms.
+// Without a body (unknown poses of the fingertips) there is no contact and no deformation.
 class TouchedObject {
  public:
   explicit TouchedObject(const Scene& scene);
@@ -25,12 +25,12 @@ class TouchedObject {
   // Activates another body: it is at rest, and the next sample finds its contacts again.
   void Adopt(std::unique_ptr<TactileBody> body) noexcept;
   void Reset() noexcept;
-  // How deep fingertip `i` lies below the surface at rest [m]; nullopt: without a body.
+  // Returns the depth of fingertip `i` below the surface at rest [m]; nullopt: without a body.
   [[nodiscard]] std::optional<double> DepthOf(const Eigen::Isometry3d& X_SF) const noexcept;
   // The next sample of fingertip `i`; `X_SF` null: its pose is unknown.
   void Touch(std::size_t i, const Eigen::Isometry3d* X_SF, const FingerTouch& touch) noexcept;
-  // After Touch of all of them. Never throws; allocation-free once every contact point was visited
-  // (contacts over an area: while they stay).
+  // Computes the deformation after Touch of all fingertips. Never throws; allocation-free once
+  // every contact point was visited (contacts over an area: while they stay).
   void Deform() noexcept;
 
   [[nodiscard]] TactileBody* body() const { return body_.get(); }

@@ -41,7 +41,7 @@ class LoadIdentifier : public PreparedModel {
   virtual void Displacements(std::vector<Eigen::Vector3d>* u_O) = 0;
   virtual void NodalForces(std::vector<Eigen::Vector3d>* f_O) = 0;
   virtual void Reset() = 0;
-  // Takes from `before`, which this one replaces, what it computed and is the same here. May throw
+  // Reuses results of `before`, which this object replaces, if they are the same here. May throw
   // std::bad_alloc.
   virtual void TakeOver(LoadIdentifier* /*before*/) {}
 };
@@ -59,15 +59,14 @@ std::unique_ptr<LoadIdentifier> MakeLoadIdentifier(const Scene& scene,
 void SpreadLoad(const SurfaceMesh& surface, const Eigen::Vector3d& p_O, const Eigen::Vector3d& n_O,
                 double width, const Eigen::Vector3d& force_O, std::vector<Eigen::Vector3d>* f_O);
 
-// Volumes in front of cameras: `fem`, `fem-green`. One
-// load along the surface normal, by least squares in all three components of all visible points.
-// Its position is searched over all nodes of the surface, then within the triangles there, where
-// three nodal forces of one sign, a linear problem, form one load between the nodes. The search
-// uses the body's Green's functions at rest; for a nonlinear model the force is refined with the
-// model itself. Each point needs three solutions: until those in view have them, which may take
-// many observations of a large body, the load is unknown (kFailed). `width`: diameter of the load
-// [m]. Throws std::invalid_argument naming the key: not a volume, a dynamic model; see
-// MeshObject, MakeModel.
+// Volumes in front of cameras: `fem`, `fem-green`. One load along the surface normal, by least
+// squares in all three components of all visible points. Its position is searched over all nodes of
+// the surface, then within the triangles there, where three nodal forces of one sign, a linear
+// problem, form one load between the nodes. The search uses the body's Green's functions at rest;
+// for a nonlinear model the force is refined with the model itself. Each point needs three
+// solutions. Until all visible points have them, which may take many observations of a large body,
+// the load is unknown (kFailed). `width`: diameter of the load [m]. Throws std::invalid_argument
+// naming the key: not a volume, a dynamic model; see MeshObject, MakeModel.
 std::unique_ptr<LoadIdentifier> MakeVolumeLoadIdentifier(const Scene& scene, double width,
                                                          Progress* progress);
 

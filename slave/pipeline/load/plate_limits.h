@@ -47,9 +47,9 @@ struct PlateLimits {
   // Share of the scatter without contact, from image to image [-]. [derived: the mean of about ten
   // images]
   static constexpr double kForgetsRest = 0.1;
-  // Points that the stated sigmas weigh as much as, and points whose errors go together where they
-  // are more than noise [-]. [recorded: 79.6 and 96.6 % of fifty random presses within one and two
-  // sigma]
+  // Number of points that has the same weight as the reported sigmas, and number of points with a
+  // common error if errors exceed the noise [-]. [recorded: 79.6 and 96.6 % of fifty random presses
+  // within one and two sigma]
   static constexpr double kStated = 20, kTogether = 4;
 };
 

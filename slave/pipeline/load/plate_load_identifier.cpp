@@ -101,8 +101,8 @@ void PlateLoadIdentifier::SetLoad(const FitSample& sample) noexcept {
   load_.sigma_place = scatter * std::sqrt(place.trace() / 2 + std::hypot(half, place(0, 1)));
 }
 
-// One standard deviation of what the plate's law costs. A plate that bends only has an error of its
-// own, and is valid only where it is so flat that this one counts little.
+// Returns one standard deviation of the error of the plate's law. A plate without stretching has
+// another error, and is valid only for deflections so small that this one is negligible.
 double PlateLoadIdentifier::LawsShare(const SurfaceLoad& load) const noexcept {
   const double a = plate_->radius();
   return plate::LawsSigma({.place = load.p_O.head<2>().norm() / a,
@@ -110,13 +110,13 @@ double PlateLoadIdentifier::LawsShare(const SurfaceLoad& load) const noexcept {
                            .slenderness = plate_->thickness() / a});
 }
 
-// Scatter of the points in their sigmas. It is that of this image, if it is smaller than stated and
-// there are enough points to show it, else that at rest. Scatter beyond the noise at rest is common
-// to neighbours, so it averages out more slowly.
+// Returns the scatter of the points relative to their sigmas: that of this image if it is smaller
+// than reported and there are enough points, else that at rest. Scatter beyond the noise at rest is
+// common to neighbours, so it averages out more slowly.
 double PlateLoadIdentifier::ScatterOf(const FitSample& sample) noexcept {
   const PlateFit& fit = *sample.plate;
   const double residual = fit.load.residual;
-  // The errors of compensated points are not noise alone.
+  // The errors of compensated points are not only noise.
   const bool by_noise_alone =
       !fit.moved && std::ranges::all_of(sample.points_O, &SurfacePoint::errs_by_noise_alone);
   const double rest = sample.rest_residual;
@@ -128,8 +128,9 @@ double PlateLoadIdentifier::ScatterOf(const FitSample& sample) noexcept {
   return std::sqrt((stated * at_rest + freedom * seen) / (stated + freedom));
 }
 
-// Where no load is significant: half of what may hide in the noise, five standard deviations of a
-// load at the centre, from the small-deflection shape's size and the stiffness of first touch.
+// Returns the sigma of the force if no load is significant: half of the largest load that noise may
+// hide, which is five standard deviations of a load at the centre, from the small-deflection shape
+// and the stiffness of the first contact.
 double PlateLoadIdentifier::SigmaAtRest(const std::vector<SurfacePoint>& points_O) const noexcept {
   const plate::Disc disc{{0, 0}, tool_.width / 2 / plate_->radius()};
   const double under_load = plate::Deflection(disc, Vector2d(0, 0));

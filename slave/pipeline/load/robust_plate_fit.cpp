@@ -31,7 +31,7 @@ bool IsKnown(const LoadFit& load) {
 RobustPlateFit::RobustPlateFit(PlateSurface& plate, const PlateSurface::Tool& tool,
                                PlateSurface* finer, TighterPlate tighter)
     : plate_(plate), tighter_(tighter), tool_(tool), fitter_(plate, tool, finer) {
-  // Room for the solutions, before the first fit: a fit does not allocate.
+  // Allocates memory for the solutions, because a fit must not allocate.
   const Contact none = PlateSurface::ToolContact(Contact::Kind::kForce, {0, 0}, tool, 0);
   plate.Solve({&none, 1}, &coarse_);
   if (tighter.plate != nullptr) tighter.plate->Solve({&none, 1}, &tight_);
@@ -123,14 +123,15 @@ bool RobustPlateFit::Explains(const PlateFit& fit) const noexcept {
 void RobustPlateFit::LearnRim(const PlateFit& fit, bool slid) noexcept {
   if (!slid) rest_frames_ = 0;
   if (!slid || !fit.load.nothing) return;
-  if (!used_rim_ && rest_frames_ >= PlateLimits::kRestFrames) rest_frames_ = 0;  // it moved again
+  // The rim moved again.
+  if (!used_rim_ && rest_frames_ >= PlateLimits::kRestFrames) rest_frames_ = 0;
   if (rest_frames_ == 0) rim_motion_.setZero();
   rest_frames_ = std::min(rest_frames_ + 1, PlateLimits::kMaxRestFrames);
   rim_motion_ += (fit.load.rim_motion - rim_motion_) / rest_frames_;
 }
 
-// Iteratively reweighted least squares: if there are outliers, rounds with Cauchy's weights, so
-// that one does not hide another, and a last one without those that are left.
+// Iteratively reweighted least squares: if there are outliers, rounds with Cauchy weights, so that
+// outliers do not mask each other, and a last one without the remaining outliers.
 PlateFit RobustPlateFit::FitLoad(Rim rim, const Vector3d& offset) noexcept {
   PlateFit fit;
   fit.points = kept_ = usable_;
@@ -172,7 +173,8 @@ void RobustPlateFit::SetWeights(bool is_last) noexcept {
   }
 }
 
-// Residuals, their scatter, and which points lie within what is accepted; true: not all.
+// Computes residuals, their scatter, and which points are within the limit; true: there are
+// outliers.
 bool RobustPlateFit::FindOutliers(const LoadFit& load, Rim rim) noexcept {
   deepest_ = 0;
   sorted_.clear();
@@ -198,7 +200,8 @@ bool RobustPlateFit::FindOutliers(const LoadFit& load, Rim rim) noexcept {
   return kept_ < usable_;
 }
 
-// One standard deviation of a motion of all points together, by that of a point [-].
+// Returns the standard deviation of a common motion of all points, relative to that of one point
+// [-].
 double RobustPlateFit::SigmaOfMean(const LoadFit& load) const noexcept {
   const double scatter = std::clamp(load.residual, NoiseLimits::kMinScatter, PlateLimits::kPoorFit);
   return scatter * std::sqrt(3.0 / kept_);
@@ -215,8 +218,8 @@ bool RobustPlateFit::RimMoved(const LoadFit& load) const noexcept {
   return rim.IsSignificant(LoadLimits::kWaldSigmas);
 }
 
-// How far all points went along the plate together [m]; 0: no farther than noise and a load move
-// them.
+// Returns the common displacement of all points along the plate [m]; 0: within noise and the effect
+// of a load.
 double RobustPlateFit::Slide() noexcept {
   if (usable_ < PlateLimits::kMinPoints) return 0;
   double deepest = 0, sigma = 0;
@@ -242,7 +245,7 @@ double RobustPlateFit::Slide() noexcept {
   return is_significant ? slide.norm() : 0;
 }
 
-// Least squares over the displacements along the plate that go with the distance from the middle.
+// Fits displacements along the plate that are proportional to the distance from the centre.
 NuisanceParameter RobustPlateFit::Growth(const LoadFit& load) const noexcept {
   if (kept_ < PlateLimits::kMinPoints) return {};
   Vector2d middle(0, 0), slide(0, 0);
@@ -265,7 +268,8 @@ NuisanceParameter RobustPlateFit::Growth(const LoadFit& load) const noexcept {
           PlateLimits::kGrowthShare * deepest_};
 }
 
-// The coarse plate against itself, so that no difference of modes is taken for tension.
+// Compares the coarse plate with itself, so that a different number of modes is not mistaken for
+// tension.
 void RobustPlateFit::EstimateTension(PlateFit* fit) noexcept {
   if (tighter_.plate == nullptr) return;
   const LoadFit& load = fit->load;

@@ -75,8 +75,9 @@ class RobustPlateFit {
   std::vector<std::size_t> visible_;  // indices of usable points
   std::vector<Row> rows_;
   int usable_ = 0, kept_ = 0;
-  // Motion of the rim since rest, mean over images without a load since the points slid: a free rim
-  // bends the plate as a load does, and takes some of its force.
+  // Motion of the rim since the baseline, as the mean over images without a load since the points
+  // last slid. A moving rim bends the plate like a load, so fitting it in every image would absorb
+  // a part of the force.
   Eigen::Vector3d rim_motion_{0, 0, 0};
   int rest_frames_ = 0;    // number of such images
   bool used_rim_ = false;  // the last fit held the rim there

@@ -189,8 +189,8 @@ TriangleLoad TriangleSearch::FindWithoutOutliers() noexcept {
   return best;
 }
 
-// The triangles around the last load and around the nodes whose load along their own normal
-// explains most, then those around the best one until none is better.
+// Searches the triangles around the last load and around the nodes whose normal load explains the
+// most, then repeatedly those around the best triangle until none is better.
 TriangleLoad TriangleSearch::Find() noexcept {
   Weigh();
   for (Eigen::Index k = 0; k < score_.size(); ++k) {
@@ -249,7 +249,8 @@ void TriangleSearch::Weigh() noexcept {
   square_ = measured_.squaredNorm();
 }
 
-// Nodal forces of one sign: of all choices of nodes that take part, the one that explains most.
+// Solves for nodal forces of one sign by trying all subsets of nodes; the one that explains the
+// most is used.
 void TriangleSearch::SolveTriangle(int triangle, TriangleLoad* best) noexcept {
   for (unsigned choice = 1; choice < 8; ++choice) {
     Matrix3d normal = Matrix3d::Zero();

@@ -23,20 +23,21 @@ class PointGreens {
   // which a node's load is spread [m].
   PointGreens(const SurfaceMesh& surface, double load, double patch);
 
-  // Computes the functions of points whose position at rest differs from the last call, with three
-  // Responds each: as many points as VolumeLimits::kWork permits, visible ones first. Later calls
-  // continue. IsSolved() is false for a point without a solution. Allocates if the number of points
-  // is new.
+  // Computes the Green's functions of points whose position at rest differs from the last call, by
+  // three Responds each: for as many points as VolumeLimits::kWork permits, visible ones first.
+  // Later calls continue. IsSolved() is false for a point without a solution. Allocates if the
+  // number of points is new.
   void Update(DeformationModel& model, const SurfaceContact& contact,
               const std::vector<SurfacePoint>& points_O);
-  // Share of the points in view that have been tried to solve [-].
+  // Share of the visible points for which a solution was attempted [-].
   [[nodiscard]] double done() const { return done_; }
   [[nodiscard]] bool IsSolved(std::size_t point) const { return known_[point]; }
   // Takes the functions of `before`, which has the same surface and patches, multiplied by `scale`,
   // if `model` moves accordingly under loads on one point. Three Responds.
   void TakeOver(PointGreens* before, double scale, DeformationModel& model,
                 const SurfaceContact& contact);
-  [[nodiscard]] const std::vector<int>& nodes() const { return nodes_; }  // that can be loaded
+  // Nodes that can be loaded.
+  [[nodiscard]] const std::vector<int>& nodes() const { return nodes_; }
   // Column per node of nodes(), three rows per point: displacement [m] of the point along x, y and
   // z by a force of 1 N on the node along its axis `axis`.
   [[nodiscard]] const Eigen::MatrixXd& by(int axis) const {
@@ -115,7 +116,7 @@ class TriangleSearch {
     Eigen::Vector3d beyond{0, 0, 0};  // [m]
     Eigen::Matrix3d whitener =
         Eigen::Matrix3d::Zero();  // inverse of the covariance's Cholesky factor
-    double residual = 0;          // by sigma
+    double residual = 0;          // divided by sigma
     bool usable = false, kept = false;
   };
   void Weigh() noexcept;
@@ -134,8 +135,8 @@ class TriangleSearch {
   std::vector<Seen> seen_;
   std::vector<Eigen::Vector3d> rest_;
   std::vector<double> sorted_;
-  Eigen::VectorXd measured_, shape_, score_;  // by sigma
-  std::array<Eigen::VectorXd, 3> corner_;     // shapes of a triangle's nodes, by sigma
+  Eigen::VectorXd measured_, shape_, score_;  // divided by sigma
+  std::array<Eigen::VectorXd, 3> corner_;     // shapes of a triangle's nodes, divided by sigma
   double square_ = 0;
   int usable_ = 0, kept_ = 0;
   int last_ = -1;  // triangle of the last load; -1: none

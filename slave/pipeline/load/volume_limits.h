@@ -6,13 +6,13 @@ namespace palpate {
 struct VolumeLimits {
   // Points of a load [-]. [derived: three nodal forces, and one to spare]
   static constexpr int kMinPoints = 4;
-  // Solutions for new points times their unknowns, per sample, except for a first point: else the
-  // states of a large body would stop for seconds [-]. [measured: 3.6 ms per solution of 20,250
-  // tetrahedra, 30 ms in total]
+  // Largest number of solutions for new points times their unknowns per sample, beyond a first
+  // point: otherwise the states of a large body would stop for seconds [-]. [measured: 3.6 ms per
+  // solution of 20,250 tetrahedra, 30 ms in total]
   static constexpr double kWork = 1e5;
   // Distance of two positions that are the same, by that from the origin [-]. [derived: rounding]
   static constexpr double kSamePlace = 1e-9;
-  // Nodes whose triangles are searched [-].
+  // Number of nodes whose triangles are searched [-].
   static constexpr int kBestNodes = 6;
   // Load of a linear response, by E times the square of the larger side [-]. [derived: a strain of
   // a millionth]

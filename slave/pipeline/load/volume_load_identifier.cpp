@@ -29,7 +29,7 @@ namespace {
 using Eigen::Matrix3d;
 using Eigen::Vector3d;
 
-// Why the load is unknown, by the tenths of the points in view that are solved.
+// Messages why the load is unknown, one per completed tenth of the visible points.
 constexpr std::array<std::string_view, 10> kComputing{
     "the model of the points in view is being computed, 0 %",
     "the model of the points in view is being computed, 10 %",
@@ -82,7 +82,7 @@ class VolumeLoadIdentifier final : public LoadIdentifier {
   void CheckFit(const std::vector<SurfacePoint>& points_O, const TriangleLoad& best,
                 SurfaceLoad* load) noexcept;
   bool Respond(const SurfaceLoad& load) noexcept;
-  bool Load(const SurfaceLoad& load) noexcept;  // and field_
+  bool Load(const SurfaceLoad& load) noexcept;  // also sets field_
 
   SurfaceMesh surface_;
   PrecomputeProgress progress_{true};
@@ -96,9 +96,9 @@ class VolumeLoadIdentifier final : public LoadIdentifier {
   Solution solution_;
   std::vector<Vector3d> field_;   // of the nodes [m]
   bool unsolved_ = false;         // the model found no equilibrium under the load
-  bool converged_ = true;         // the load through a model that is not linear
-  std::string_view flag_reason_;  // of the model, of its last answer
-  double bound_ = 0;              // of the error of that answer by the model itself, relative [-]
+  bool converged_ = true;         // whether the fit with a nonlinear model has converged
+  std::string_view flag_reason_;  // reason why the model's last answer is flagged
+  double bound_ = 0;              // error bound of the model for that answer, relative [-]
   SurfaceLoad load_;
   Checks<FitSample> checks_ = MakeVolumeChecks();
 };
@@ -150,7 +150,7 @@ void VolumeLoadIdentifier::Place(const TriangleLoad& best, SurfaceLoad* load) {
   const auto& nodes = surface_.triangles[Index(best.triangle)];
   load->force = best.forces.sum();
   load->n_O = search_.normal(best.triangle);
-  if (load->force == 0) {  // all points stand exactly at rest
+  if (load->force == 0) {  // all points are exactly at rest
     load->p_O = surface_.nodes[Index(nodes[0])];
     load->sigma_force = std::sqrt(best.covariance.sum());
     return;
@@ -197,7 +197,8 @@ void VolumeLoadIdentifier::CheckFit(const std::vector<SurfacePoint>& points_O,
   if (range > 0 && std::abs(load->depth) > range * larger_side_) {
     sample.beyond_range = "the deflection is beyond the model's range";
   } else if (!flag_reason_.empty() &&
-             flag_reason_ != kCoarsePatch) {  // which few of the points are on
+             // Coarse patches do not matter here, since few points are on them.
+             flag_reason_ != kCoarsePatch) {
     sample.beyond_range = flag_reason_;
   } else if (unsolved_) {
     sample.beyond_range =

@@ -23,8 +23,8 @@ namespace {
 using Eigen::Matrix3d;
 using Eigen::Vector3d;
 
-constexpr double kPatchEdges = 2.2;      // mean edges: a node and its neighbours
-constexpr double kSmall = 1e-3;          // of a patch: linear elasticity
+constexpr double kPatchEdges = 2.2;      // patch diameter in mean edges: a node and its neighbours
+constexpr double kSmall = 1e-3;          // displacement relative to the patch, in the linear range
 constexpr std::size_t kAheadUpTo = 400;  // surface nodes
 
 double MeanEdge(const SurfaceMesh& surface) {
@@ -88,7 +88,8 @@ ContactStiffness::ContactStiffness(const Scene& scene, const SurfaceMesh& surfac
   green.model.kind = "fem-green";
   green.model.cache = scene.model.cache;
   green.model.range = 1;
-  green.object.material.relaxation.clear();  // a tick of the master is shorter than every term
+  // A tick of the master is shorter than every relaxation time.
+  green.object.material.relaxation.clear();
   try {
     greens_ = std::make_unique<Greens>(Greens{MakeModel(green, *solid)});
   } catch (const std::invalid_argument& error) {
@@ -105,7 +106,7 @@ ContactStiffness::ContactStiffness(const Scene& scene, const SurfaceMesh& surfac
 
 ContactStiffness::~ContactStiffness() = default;
 
-// Reciprocity makes it symmetric; rounding does not. nullopt: it is no stiffness.
+// Reciprocity makes it symmetric; rounding does not. nullopt: the result is no valid stiffness.
 std::optional<Matrix3d> ContactStiffness::Alone(const Contact& contact, bool* takes_width) const {
   ContactResponse response;
   greens_->model->Respond(std::span(&contact, 1), std::span(&response, 1));

@@ -1,4 +1,4 @@
-// How stiff an object is under a fingertip, for the contact that the master renders by itself.
+// Stiffness of an object under a fingertip, for the local contact model that the master renders.
 #pragma once
 
 #include <cstddef>
@@ -25,18 +25,18 @@ Eigen::Matrix3d DiscStiffness(const Material& material, double radius,
 // R^1/2 d^3/2: a = 2/3 (R d)^1/2 [m].
 double DiscOfSphere(double sphere_radius, double depth) noexcept;
 
-// The mesh shows how the body gives way as a whole: the stiffness of patches of nodes that it
-// resolves, by Green's functions (fem-green), on its surface nodes. What a fingertip's smaller
-// contact gives way besides is the half-space's: compliances add,
+// The mesh determines the compliance of the whole body under patches of nodes that it resolves, by
+// Green's functions (fem-green) of its surface nodes. The additional compliance of a fingertip's
+// smaller contact is that of a half-space:
 //
 //   K^-1 = K_mesh(a_patch)^-1 + K_disc(a)^-1 - K_disc(a_patch)^-1.
 //
-// Where the mesh cannot show (on supports, a body without fixed nodes, a surface without a volume,
-// nu near 1/2) the half-space answers alone. Small strain. Nodes are computed when first requested
-// and kept; small meshes ahead of time. Not thread-safe.
+// If the mesh cannot be used (on supports, a body without fixed nodes, a surface without a volume,
+// nu near 1/2), only the half-space is used. Small strain. Nodes are computed at their first
+// request and stored; for small meshes in advance. Not thread-safe.
 //
-// Other fingers of the hand press, too, and hold against what this one leans, or lean with it:
-// K_mesh is the force of a patch by its displacement u while theirs are displaced by s u.
+// Other fingers press at the same time and resist the motion of this one, or move with it: K_mesh
+// is the force of a patch per displacement u while the others are displaced by s u.
 class ContactStiffness {
  public:
   // The patch of another finger.
@@ -55,7 +55,7 @@ class ContactStiffness {
   // frame O [N/m]; symmetric, positive definite. Allocation-free where the triangle's nodes are
   // known.
   [[nodiscard]] Eigen::Matrix3d At(int triangle, const Eigen::Vector3d& weights, double radius);
-  // Whether At need not compute anything of this triangle first.
+  // Returns whether At can answer for this triangle without computing nodes.
   [[nodiscard]] bool Knows(int triangle) const;
 
  private:

@@ -6,8 +6,9 @@
 namespace palpate {
 namespace {
 
-constexpr double kVariance = 1e-8;  // of places, below which a slope says nothing [m^2]
-constexpr double kSoftest = 300;    // before anything is learnt [N/m]
+// Variance of positions below which a slope gives no information [m^2].
+constexpr double kVariance = 1e-8;
+constexpr double kSoftest = 300;    // stiffness before any estimate [N/m]
 constexpr double kStiffest = 5000;  // [N/m]
 constexpr double kMinForce = 1e-9;  // [N]
 
@@ -77,7 +78,7 @@ double ForceLaw::AtPlace(double x) const noexcept {
   return low + (at - below) * (ValueOf(below + 1) - low);
 }
 
-// Searches outwards from the middle of the pressed range for the depth at which the force ends.
+// Searches outwards from the middle of the pressed range for the position at which the force ends.
 double ForceLaw::Surface() const noexcept {
   const int middle = static_cast<int>(std::lround(line_.x / line_.n / spacing_)) + kPlaces / 2;
   for (int place = middle; place > middle - kPlaces; --place) {

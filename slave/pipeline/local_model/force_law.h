@@ -10,10 +10,10 @@
 
 namespace palpate {
 
-// Along the mean direction of the forces: the force at positions kSpacing apart, linear between
-// them, each the mean of the estimates near it; old estimates have less weight (kMemory). Positions
-// without an estimate use a straight line through the newest forces and positions, which forgets in
-// kLineMemory. Allocation-free.
+// Force along the mean direction of the forces, at positions kSpacing apart and linear between
+// them. Each is the mean of the estimates near it; old estimates have less weight (kMemory).
+// Positions without an estimate use a straight line through the newest forces and positions, whose
+// memory is kLineMemory. Allocation-free.
 class ForceLaw {
  public:
   // `depth`: range of the curve [m], > 0; `period` of the samples [s].
@@ -52,7 +52,7 @@ class ForceLaw {
   [[nodiscard]] double AtPlace(double x) const noexcept;
   [[nodiscard]] double ByLine(double x) const noexcept;
   [[nodiscard]] double ValueOf(int place) const noexcept;
-  // Where the force begins [m].
+  // Returns the position at which the force begins [m].
   [[nodiscard]] double Surface() const noexcept;
 
   double depth_, spacing_, forget_, forget_line_;

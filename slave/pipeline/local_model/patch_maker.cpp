@@ -18,8 +18,8 @@ using Eigen::Matrix3d;
 using Eigen::Vector3d;
 
 constexpr double kStiffest = 1e12;  // [N/m]
-constexpr double kSoftest = 1e-5;   // a direction in which nothing resists [N/m]
-constexpr int kOwnNodes = 16;       // of those next to the place
+constexpr double kSoftest = 1e-5;   // stiffness of a direction without resistance [N/m]
+constexpr int kOwnNodes = 16;       // number of nodes next to the place
 
 // Sets the compliance of a node of stiffness `K` in the patch's directions [m/N]; false: unknown.
 bool SetNode(const Matrix3d& K, const Vector3d& n, int node, SurfacePatch* patch) {
@@ -29,7 +29,7 @@ bool SetNode(const Matrix3d& K, const Vector3d& n, int node, SurfacePatch* patch
     patch->compliance(node, node) = static_cast<float>(1 / along);
     return true;
   }
-  // A planar object resists nothing across its plane.
+  // A planar object has no stiffness normal to its plane.
   const Matrix3d symmetric = 0.5 * (K + K.transpose()) + kSoftest * Matrix3d::Identity();
   const Matrix3d C = symmetric.inverse();
   if (!C.allFinite()) return false;
@@ -37,8 +37,8 @@ bool SetNode(const Matrix3d& K, const Vector3d& n, int node, SurfacePatch* patch
   return true;
 }
 
-// Nodes of which nothing is known, a clamped rim's or what was never solved, give way as the
-// nearest that is known. False: there is none.
+// Gives nodes with unknown compliance (at a clamped rim or never solved) the compliance of the
+// nearest known node. Returns false if there is none.
 bool Complete(const std::vector<char>& known, const std::vector<Vector3d>& p, SurfacePatch* patch) {
   const int n = patch->directions;
   for (std::size_t i = 0; i < known.size(); ++i) {
@@ -81,7 +81,7 @@ Vector3d Planar(const Eigen::Vector2d& v) {
   return {v.x(), v.y(), 0};
 }
 
-// Vertices of the surface that triangles have, from the nearest on.
+// Returns the vertices used by triangles, nearest first.
 std::vector<int> ByDistance(const SurfaceMesh& surface, const Vector3d& p_O) {
   std::vector<int> order;
   std::vector<char> used(surface.nodes.size(), 0);
@@ -97,7 +97,7 @@ std::vector<int> ByDistance(const SurfaceMesh& surface, const Vector3d& p_O) {
 
 // The triangles whose corners lie nearest, and the vertices that they need.
 struct Piece {
-  std::vector<int> triangles, vertices;  // the vertices from the nearest on
+  std::vector<int> triangles, vertices;  // vertices, nearest first
 };
 
 Piece Around(const SurfaceMesh& surface, const Vector3d& p_O) {
@@ -120,7 +120,8 @@ Piece Around(const SurfaceMesh& surface, const Vector3d& p_O) {
   return piece;
 }
 
-// Which of the vertices are nodes: the first few, then whoever is farthest from all that are.
+// Chooses the nodes among the vertices: the first few, then repeatedly the vertex farthest from all
+// chosen nodes.
 std::vector<int> ChooseNodes(const SurfaceMesh& surface, const std::vector<int>& vertices) {
   std::vector<int> nodes;
   std::vector<double> away(vertices.size(), std::numeric_limits<double>::infinity());

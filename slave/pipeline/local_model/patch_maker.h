@@ -18,9 +18,9 @@ namespace palpate {
 using StiffnessAtPlace = std::function<Eigen::Matrix3d(const Eigen::Vector3d& p_O, int cell,
                                                        const Eigen::Vector3d& n_S)>;
 
-// The elements around `element`, as many to either side as there may be nodes; each is a node at
-// its middle. False: no stiffness is known; an unknown one uses the nearest known one.
-// `frictionless`: compliance along the normals only.
+// Makes a patch from the elements around `element`, as many on either side as nodes are permitted;
+// each element is a node at its midpoint. False: no stiffness is known; an unknown one uses the
+// nearest known one. `frictionless`: compliance along the normals only.
 bool FillPatch(const BoundaryMesh& mesh, int element, const Eigen::Isometry3d& X_SO,
                bool frictionless, const StiffnessAtPlace& stiffness, SurfacePatch* patch);
 

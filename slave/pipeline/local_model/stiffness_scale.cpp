@@ -12,7 +12,8 @@ namespace {
 constexpr double kErrors = 3;
 constexpr double kMinRatio = 0.25,
                  kMaxRatio = 4;  // [-] [tuned: OnlyFiniteForcesAboveZeroTell]
-// Values as far apart are alike to 1 / e. [-] [tuned: DepthsNotEstimatedFollowTheirNeighbours]
+// Distance at which the correlation of values falls to 1 / e [-]. [tuned:
+// DepthsNotEstimatedFollowTheirNeighbours]
 constexpr double kAlike = 5;
 constexpr double kForgotten = 2e-3;  // share per sample
 
@@ -57,7 +58,8 @@ void StiffnessScale::Learn(double depth, const RatioSample& sample) noexcept {
   const Values weights = Weights(depth);
   const Values mixed = covariance_ * weights;
   const double variance = weights.dot(mixed);
-  // A ratio of four is an outlier to the spread expected: only the learning rate bounds its say.
+  // A ratio of four is an outlier relative to the expected spread, so only the learning rate limits
+  // its influence.
   const double error =
       std::max(sample.error * sample.error, variance * (1 - learning_rate_) / learning_rate_);
   const Values gain = mixed / (variance + error);

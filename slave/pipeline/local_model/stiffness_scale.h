@@ -5,13 +5,13 @@
 
 namespace palpate {
 
-// Share of the full depth: a smaller depth gives no information. [-] [tuned:
+// Smallest informative depth, relative to the full depth [-]. [tuned:
 // FlaggedAndStrangeLoadsTeachNothing]
 inline constexpr double kTellingDepth = 0.1;
 
 // Information of one sample about the ratio estimated / modelled [-].
 struct RatioSample {
-  double ratio = 1;  // within 0.25 to 4: more is a wrong model or a wrong pose, not a stiffness
+  double ratio = 1;  // limited to 0.25 to 4, because other values indicate a wrong model or pose
   double error = 0;  // three standard deviations of the estimated force, relative to that force
   bool tells = false;
 };
@@ -40,7 +40,7 @@ class StiffnessScale {
   };
   [[nodiscard]] Value At(double depth) const noexcept;
   // A modelled force [N] and stiffness [N/m], scaled by the estimate at its depth: force and slope
-  // there, the latter at least half of what the ratio alone gives.
+  // at that depth; the slope is at least half of the model's stiffness times the ratio.
   struct Press {
     double force = 0, stiffness = 0;
   };

@@ -32,7 +32,8 @@ class ArmConsistencyCheck {
     return agree;
   }
   void Reset() noexcept { offset_.reset(); }
-  // Distance of both in the last image, beyond what the lag allows [m]; may be negative.
+  // Distance of both positions in the last image minus the distance that the lag explains [m]; may
+  // be negative.
   [[nodiscard]] double apart() const { return apart_; }
   // Distance of both, S [m], beyond `noise` [m] of the cameras: images with undetected latency show
   // an earlier tip.

@@ -1,5 +1,5 @@
-// Whether one camera and the manipulator's encoders agree on the tip, and whose motion an image
-// shows: the camera's or the object's.
+// Compares the tip in one camera with the manipulator's encoders, and distinguishes motion of the
+// camera from motion of the object.
 #pragma once
 
 #include <algorithm>
@@ -24,7 +24,7 @@ class ManipulatorAgreement {
     Eigen::Vector3d p_S_seen{0, 0, 0};       // tip in the image [m]
     Eigen::Vector3d p_S_at_rest{0, 0, 0};    // the same relative to the object at rest [m]
     double sigma = 0;                        // of both, per axis [m]
-    Eigen::Vector3d p_S_on_object{0, 0, 0};  // as seen, relative to the object at rest [m]
+    Eigen::Vector3d p_S_on_object{0, 0, 0};  // measured tip relative to the object at rest [m]
     bool object_known = false;               // the image shows the object
     double object_sigma = 0;                 // of the object's motion [m]
     double pixel = 0;                        // [m]
@@ -84,7 +84,7 @@ class ManipulatorAgreement {
   // ABumpIsTheCamerasAndAShiftTheObjectsWhateverTheTipDoesThen]
   static constexpr double kMaxPerImage = kDecisionRatio / 3;
 
-  // Deviation that is noise of the image alone [sigma]. [tuned: late]
+  // Largest deviation that image noise explains [sigma]. [tuned: late]
   static constexpr double kNoiseSigmas = 2;
 
   void FollowObject(const Sight& sight) noexcept {

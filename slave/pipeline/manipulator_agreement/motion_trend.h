@@ -36,7 +36,7 @@ class MotionTrend {
       velocity_ += t * (Sampled(i).position - mean);
     }
     velocity_ /= square;
-    // For a curved path the deviation at the ends gives the error of the slope.
+    // Deviation at the ends of a curved path, from which the error of the slope follows.
     double bent = 0;
     for (const std::size_t i : {std::size_t{0}, n - 1}) {
       const double t = SecondsBetween(at, Sampled(i).at) - t_mean;

@@ -19,7 +19,7 @@ std::string Number(double x) {
   return std::isfinite(x) ? fmt::format("{:.9g}", x) : "";
 }
 
-// Each with a comma before it.
+// Returns the numbers, each preceded by a comma.
 std::string Numbers(const Eigen::Vector3d& v) {
   return fmt::format(",{},{},{}", Number(v.x()), Number(v.y()), Number(v.z()));
 }

@@ -1,5 +1,5 @@
 // Results of a run without an operator: the rows of states.csv, keys of summary.json, and the error
-// where a simulator knows the truth.
+// if a simulator provides the truth.
 #pragma once
 
 #include <cstdint>
@@ -23,9 +23,9 @@
 
 namespace palpate {
 
-// Split of the force error, with a simulator that knows the truth: the difference of the model's
-// force at the true indentation is the model's error, the rest is that of sensing. The forces on
-// one tool or fingertip in one sample, any one frame [N].
+// Split of the force error if a simulator provides the truth: the error of the model's force at the
+// true indentation is the model's error, the rest is the error of sensing. The forces on one tool
+// or fingertip in one sample, any one frame [N].
 struct ComparedForces {
   Eigen::Vector3d estimated{0, 0, 0};  // not finite: unknown
   Eigen::Vector3d truth{0, 0, 0};
@@ -40,7 +40,7 @@ inline double ForceAt(const LocalModel& local, double depth) {
   return (local.force + local.stiffness * local.normal * depth).norm();
 }
 
-// Over samples in contact.
+// Errors over samples in contact.
 struct ErrorBudget {
   std::uint64_t count = 0;
   double rms = 0;           // of the force's vector, estimated minus true [N]
@@ -104,7 +104,7 @@ struct OfflineSummary {
   std::vector<StageTimes> stages;  // those after `capture`
   bool has_truth = false;
   SenseInfo sense;
-  ErrorBudget budget;              // of the force, where the truth is known
+  ErrorBudget budget;              // of the force, if the truth is known
   nlohmann::ordered_json own;      // keys of this sense only
   std::vector<std::string> lines;  // further lines for people
 
@@ -134,7 +134,7 @@ class OfflineReport {
   // Throws std::runtime_error if `samples`, the number of all samples, are too few for an estimate.
   virtual void RequireComplete(std::uint64_t /*samples*/) const {}
   virtual void Finish(OfflineSummary* summary) const = 0;
-  // The forces added so far, where the truth is known.
+  // The forces added so far, if the truth is known.
   [[nodiscard]] const std::vector<ComparedForces>& compared() const { return compared_; }
 
  protected:

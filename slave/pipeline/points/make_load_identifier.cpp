@@ -18,8 +18,8 @@ namespace {
 
 using Eigen::Vector3d;
 
-// Order of the modes: resolves a tool of a tenth of the radius 10 t deep [-]. [tuned:
-// membrane_law_test]
+// Order of the modes, which resolves a tool of a tenth of the radius at a depth of 10 thicknesses
+// [-]. [tuned: membrane_law_test]
 constexpr int kFineModes = 20;
 
 std::unique_ptr<PlateSurface> MakePlate(const Scene& scene, const MembraneGeometry& membrane,
@@ -36,7 +36,7 @@ std::unique_ptr<PlateSurface> MakePlate(const Scene& scene, const MembraneGeomet
   return MakePlateModel(scene, {membrane.radius, membrane.thickness}, progress);
 }
 
-// Where the scene leaves the modes to the model.
+// Makes the finer plate only if the scene does not state the number of modes.
 std::unique_ptr<PlateSurface> MakeFinerPlate(const Scene& scene, const MembraneGeometry& membrane,
                                              Progress* progress) {
   if (!KindOf(scene).takes_tension || scene.model.modes > 0) return nullptr;
@@ -65,7 +65,7 @@ std::unique_ptr<PlateSurface> MakeTighterPlate(const Scene& scene, const Membran
 // Rings of positions on a disc [-].
 constexpr int kRings = 3;
 
-// Places of equal shares of a disc: the centre and rings of 6, 12, 18.
+// Returns places that represent equal areas of a disc: the centre and rings of 6, 12, 18.
 std::vector<Vector3d> PlacesOfDisc(const Vector3d& p, const Vector3d& n, double radius) {
   std::vector<Vector3d> places{p};
   if (!(radius > 0)) return places;

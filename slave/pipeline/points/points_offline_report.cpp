@@ -1,4 +1,4 @@
-// Results of a run over points: errors of their positions and of the forces.
+// Results of a run with tracked points: errors of positions and forces.
 #include <cmath>
 #include <limits>
 #include <map>
@@ -44,7 +44,7 @@ void AddLines(const std::vector<PressStep>& steps, std::vector<std::string>* lin
   }
 }
 
-// The truth of each pair, beside the estimate.
+// Compares the true values of each pair with the estimate.
 class Comparison {
  public:
   Comparison(const GroundTruth& truth, const Isometry3d& X_SO) : truth_(truth), X_SO_(X_SO) {}
@@ -85,7 +85,7 @@ class Comparison {
       steps_.Add(error);
     }
   }
-  // Each point belongs to the target's place when it was first seen.
+  // Each point is assigned to the target's position when it was first seen.
   void AddTarget(const SurfaceObservation& seen) {
     const Isometry3d X_SB = truth_.target()->X_SB;
     X_SB_first_.resize(seen.points.size());
@@ -217,11 +217,11 @@ class PointsOfflineReport final : public OfflineReport {
 
  private:
   PointsSense& sense_;
-  std::optional<Comparison> comparison_;          // where the truth is known
-  std::optional<PointsFile> points_;              // where it was requested
+  std::optional<Comparison> comparison_;          // set if the truth is known
+  std::optional<PointsFile> points_;              // set if it was requested
   std::map<std::string, std::uint64_t> reasons_;  // why pairs are not `valid`
   TrackingCounts tally_;
-  bool was_placed_ = false;  // the contact, once
+  bool was_placed_ = false;  // whether a contact was located at least once
 };
 
 }  // namespace

@@ -14,12 +14,11 @@ namespace palpate {
 namespace {
 
 const cv::Scalar kSeenColour(80, 200, 80), kLostColour(60, 60, 240), kLoadColour(40, 140, 255);
-// Sizes of the drawing: a ring at full scale by the image's height [-], the largest share of full
-// scale
-// [-], the step that shows the direction of a force [m]. [by definition]
+// Sizes of the drawing: radius of the full-scale ring relative to the image's height [-], largest
+// drawn share of full scale [-], step for projecting the direction of a force [m]. [by definition]
 constexpr double kRing = 0.1, kMaxShare = 1.5, kShortStep = 1e-3;
 
-// Far outside stays outside, and drawable.
+// Limits points far outside to coordinates that can be drawn and are still outside.
 cv::Point Round(const Eigen::Vector2d& p) {
   const Eigen::Vector2d near = p.cwiseMax(-1e4).cwiseMin(1e4);
   return {static_cast<int>(std::lround(near.x())), static_cast<int>(std::lround(near.y()))};
@@ -66,7 +65,8 @@ PointsOverlay MakePointsOverlay(const SurfacePointTracker& tracker, const Surfac
   const auto aside =
       tracker.Project(estimate.p_S_contact + kShortStep * estimate.force->unitOrthogonal());
   if (!ahead || !aside) return overlay;
-  // The arrow has the length of the same force across the line of sight, foreshortened.
+  // The arrow is foreshortened relative to the length of the same force normal to the line of
+  // sight.
   const double full_length = (*aside - *overlay.place_I).norm();
   if (full_length > 0) overlay.along_I = (*ahead - *overlay.place_I) / full_length;
   return overlay;

@@ -18,7 +18,7 @@ struct PointsOverlay {
   double radius_px = 0;                         // of a point
   bool windows = false;                         // squares, not circles
   std::optional<Eigen::Vector2d> place_I;  // position of the load, or of the tracked object [px]
-  std::optional<double> force;             // its size [N]; nullopt: unknown
+  std::optional<double> force;             // magnitude of the force [N]; nullopt: unknown
   double sigma = 0;                        // [N]
   Eigen::Vector2d along_I{0, 0};  // direction in the image; length 1 across the line of sight
   std::string_view validity;

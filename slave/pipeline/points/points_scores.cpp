@@ -32,7 +32,7 @@ void PressSteps::Add(double depth, double true_force, const std::optional<double
 
 std::vector<PressStep> PressSteps::steps() const {
   std::vector<PressStep> halts;
-  std::size_t way_in = 0;  // how many of them
+  std::size_t way_in = 0;  // number of pairs during the approach
   for (const PressStep& step : steps_) {
     if (step.pairs < kMinPairs) continue;
     halts.push_back(step);

@@ -38,8 +38,8 @@ class ErrorOfPoints {
 // Number of points that were followed over a run, and the quality of their tracking.
 class TrackingCounts {
  public:
-  // `counts`: a point that is not seen was missed; otherwise, while the rest frame is taken, it may
-  // still come.
+  // `counts`: an invisible point is counted as missed. False while the baseline is measured, when
+  // points may still be detected.
   void Add(const std::vector<SurfacePoint>& points, bool counts) {
     rows_.resize(points.size());
     for (std::size_t i = 0; i < points.size(); ++i) {
@@ -74,7 +74,7 @@ class TrackingCounts {
 struct PressStep {
   double depth = 0;        // true, of the tool [m]
   double true_force = 0;   // size [N]
-  int pairs = 0;           // of images with a known force
+  int pairs = 0;           // number of image pairs with a known force
   double force = 0;        // estimated, mean of their sizes [N]
   double force_error = 0;  // the largest |estimated - true| of a pair [N]
   ErrorOfPoints displacement;
@@ -87,8 +87,8 @@ class PressSteps {
   void Add(const Eigen::Vector3d& displacement_error) { points_.push_back(displacement_error); }
   // `force`: size [N]; nullopt: unknown.
   void Add(double depth, double true_force, const std::optional<double>& force);
-  // Steps of three pairs or more with a known force, up to the deepest one. On the way back the
-  // tool does not pause.
+  // Returns the steps of three or more pairs with a known force, up to the deepest one. During the
+  // retreat the tool does not pause.
   [[nodiscard]] std::vector<PressStep> steps() const;
 
  private:

@@ -26,8 +26,8 @@ std::unique_ptr<StereoSource> Open(const Scene& scene, const SenseInputs& inputs
   return Tapped(OpenSource(scene, inputs), inputs.tap);
 }
 
-// The shape of an object that is followed as a whole, without a model: the surface of the scene's
-// mesh, frame O. Empty where the scene has none.
+// Returns the shape of an object that is tracked as a whole without a model: the surface of the
+// scene's mesh, frame O. Empty if the scene has none.
 SurfaceMesh FollowedSurface(const Scene& scene) {
   const auto* geometry = std::get_if<MeshFileGeometry>(&scene.object.geometry);
   if (geometry == nullptr) return {};
@@ -113,7 +113,7 @@ const ContactEstimate& PointsSense::EstimateContact(const TipReading& encoders) 
   before_rest_.sample = seen_->sequence;
   before_rest_.sensed_at = seen_->sensed_at;
   before_rest_.p_S_tip = before_rest_.p_S_contact = encoders.p_S_tip;
-  // The cells of a depth image are not known before the rest frame.
+  // The cells of a depth image are unknown before the baseline.
   sees_rest_ =
       scene_.sense.Find<DepthImages>() || std::ranges::any_of(seen_->points, &SurfacePoint::seen);
   return before_rest_;
@@ -130,7 +130,7 @@ BoundaryShape PointsSense::Shape(const ShapeParts& parts) {
   for (const Eigen::Vector3d& p_O : surface.nodes) Append(&shape.rest, X_SO * p_O);
   if (!estimator_) {
     for (const auto& p_O : surface.nodes) Append(&shape.positions, X_SO * p_O + place_.moved());
-    return shape;  // nothing deforms in this model
+    return shape;  // this model has no deformation
   }
   std::vector<Eigen::Vector3d> per_node;  // frame S
   estimator_->DeformedNodes(&per_node);

@@ -20,14 +20,14 @@
 
 namespace palpate {
 
-// Whether a force can be estimated: a tool touches an object with a fixed boundary. An object
-// without one is only tracked.
+// Returns whether a force can be estimated: a tool touches an object with a fixed boundary. An
+// object without one is only tracked.
 bool EstimatesForce(const Scene& scene);
 
 class PointsSense final : public SensingPipeline {
  public:
-  // Opens the source, precomputes the model; the first pairs are the rest frame, so until it is
-  // known the force is unknown. Throws as MakeSensingPipeline does.
+  // Opens the source, precomputes the model; the first pairs are the baseline; until it is known
+  // the force is unknown. Throws as MakeSensingPipeline does.
   PointsSense(const Scene& scene, const SenseInputs& inputs);
   // Creates it with another source than the scene's.
   PointsSense(const Scene& scene, std::unique_ptr<StereoSource> source);
@@ -76,7 +76,7 @@ class PointsSense final : public SensingPipeline {
   [[nodiscard]] const StereoPair& pair() const { return shown_; }
   [[nodiscard]] const SurfaceObservation& observation() const { return *seen_; }
   [[nodiscard]] const ContactEstimate& estimate() const { return *estimate_; }
-  // Whether the points for the rest shape were detected, and no estimate is possible yet.
+  // Returns whether the baseline of the points is being measured, so no estimate is possible yet.
   [[nodiscard]] bool takes_rest() const { return estimate_ == &before_rest_ && sees_rest_; }
   // Why estimate() is not kValid, one clause; empty: it is.
   [[nodiscard]] std::string_view why() const;

@@ -18,15 +18,15 @@ using Eigen::Isometry3d;
 using Eigen::Matrix3d;
 using Eigen::Vector3d;
 
-// Range of the model, by the larger side, if it states none [-].
+// Range of the model relative to the larger side, if it states none [-].
 constexpr double kDefaultRange = 0.5;
 // Spread of the ratio of estimated to modelled force before a contact [-]. [derived: at equal depth
 // the plate's force is high by up to 13 %, see PlateLoadIdentifier]
 constexpr double kSpread = 0.1;
 // Time in which the ratio is learnt [s]. [tuned: TheRenderedForceNeverJumps]
 constexpr double kLearningTime = 0.1;
-// Distance of a tip beside the surface from which on it is off it, by the larger side [-]. [tuned:
-// surface_contact_test]
+// Distance from the edge at which a tip counts as beside the surface, relative to the larger side
+// [-]. [tuned: surface_contact_test]
 constexpr double kBesideEdge = 1e-3;
 
 }  // namespace
@@ -99,7 +99,7 @@ void SurfaceEstimator::ToObject(const std::vector<SurfacePoint>& points_S) {
   }
 }
 
-// The load as the slave's words have it: the force of the object on the tool, frame S.
+// Converts the load to the slave's convention: the force of the object on the tool, frame S.
 void SurfaceEstimator::SetEstimate(bool shows_tool) noexcept {
   if (!IsForceKnown(load_.validity)) return Lose(load_);
   const bool pressed = load_.force != 0;
@@ -112,8 +112,8 @@ void SurfaceEstimator::SetEstimate(bool shows_tool) noexcept {
   SetMoment(shows_tool);
 }
 
-// The load is even over the tool's patch: its centre, which the points show, is where its force
-// acts. Another load than the tip's says nothing of the tool.
+// The load is uniform over the tool's patch, so its force acts at the centre, which the points
+// determine. A load that is not at the tip gives no information on the tool.
 void SurfaceEstimator::SetMoment(bool shows_tool) noexcept {
   estimate_.moment.reset();
   if (!shows_tool || tool_width_ == 0) return;
@@ -141,8 +141,8 @@ ToolReading SurfaceEstimator::ToolAt(const Vector3d& p_S_tip, double lag) noexce
   return tool;
 }
 
-// Compares the load that explains the points with the force by the tip's depth alone. The depth is
-// of another instant than the image: the motion since the last image is an error.
+// Compares the load found from the points with the force computed from the tip's depth alone. The
+// depth belongs to another time than the image, so the motion since the last image is an error.
 void SurfaceEstimator::Learn() noexcept {
   const Vector3d p_O_tip = X_OS_ * estimate_.p_S_tip;
   Vector3d p_O, n_O;
@@ -158,8 +158,9 @@ void SurfaceEstimator::Learn() noexcept {
   stiffness_scale_.Learn(depth, CompareForces(-load_.force, sigma, press.force));
 }
 
-// f(p) = F_r n + k n n^T (reference - p) is right in force and slope at the present depth d with
-// F_r = F - k d: below zero for a stiffening membrane, whose tangent meets zero below the surface.
+// f(p) = F_r n + k n n^T (reference - p) has the correct force and slope at the present depth d
+// with F_r = F - k d. F_r is negative for a stiffening membrane, whose tangent reaches zero below
+// the surface.
 LocalModel SurfaceEstimator::LocalAt(const Vector3d& p_S_tip) noexcept {
   if (!p_S_tip.allFinite()) return local_;
   const Vector3d p_O_tip = X_OS_ * p_S_tip;
@@ -171,7 +172,7 @@ LocalModel SurfaceEstimator::LocalAt(const Vector3d& p_S_tip) noexcept {
   const bool usable =
       std::isfinite(press.force) && std::isfinite(press.stiffness) && press.stiffness > 0;
   if (!usable) return local_;
-  // The plane goes on where the surface has ended: beyond its edge nothing is touched.
+  // The plane extends beyond the edge of the surface, where there is no contact.
   const double beside = (p_O_tip - p_O + depth * n_O).norm();
   if (beside > kBesideEdge * larger_side_) depth = press.stiffness = 0;
   LocalModel next;

@@ -37,10 +37,10 @@ class SurfaceEstimator {
   const ContactEstimate& Estimate(const SurfaceObservation& seen, const Eigen::Vector3d& p_S_tip,
                                   std::optional<double> arm_lag = {}) noexcept;
   // The plane that the master renders for a tip at p_S_tip now, also between images: at the
-  // membrane's point under it, tangent at its depth to the model's force times the ratio of
-  // estimated to modelled force there (StiffnessScale). The ratio is learnt from valid loads under
-  // the tip over tenths of a second, slower with a larger error of the force and a faster tip, and
-  // kept for the next contact.
+  // membrane's point below it, tangent at its depth to the curve of the model's force times the
+  // ratio of estimated to modelled force (StiffnessScale). The ratio is learnt from valid loads
+  // under the tip over tenths of a second, slower with a larger error of the force and a faster
+  // tip, and kept for the next contact.
   [[nodiscard]] LocalModel LocalAt(const Eigen::Vector3d& p_S_tip) noexcept;
   // The surface around the tip, with its initial stiffness along the normals, and the force-depth
   // curve of model and estimates at the tip's last position. See SensingPipeline.
@@ -65,7 +65,7 @@ class SurfaceEstimator {
   void ToObject(const std::vector<SurfacePoint>& points_S);
   [[nodiscard]] ToolReading ToolAt(const Eigen::Vector3d& p_S_tip, double lag) noexcept;
   void Learn() noexcept;
-  // `shows_tool`: the points are pressed by the tool whose tip the encoders report.
+  // `shows_tool`: the encoders report the tip of the tool that presses the points.
   void SetEstimate(bool shows_tool) noexcept;
   void SetMoment(bool shows_tool) noexcept;
   void Lose(const Verdict& verdict) noexcept;
@@ -101,7 +101,7 @@ class RigidTranslation {
   const ContactEstimate& Estimate(const SurfaceObservation& seen) noexcept;
   void Reset() noexcept { first_.clear(); }
   [[nodiscard]] const ContactEstimate& estimate() const { return estimate_; }
-  // Displacement from the position at rest [m]; while it is lost the last one.
+  // Displacement from the position at rest [m]; the last one while the object is lost.
   [[nodiscard]] const Eigen::Vector3d& moved() const { return moved_; }
 
  private:

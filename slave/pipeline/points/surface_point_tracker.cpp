@@ -162,7 +162,7 @@ class DepthPointTracker final : public SurfacePointTracker {
   DepthPoints depths_;
 };
 
-// Frame O: of a body whose force is estimated, a box or a mesh.
+// Returns the surface in frame O of a box or mesh whose force is estimated.
 SurfaceMesh ComparedSurface(const Scene& scene) {
   const Geometry& geometry = scene.object.geometry;
   if (!IsHeld(scene.object) || !scene.tool || !IsVolume(geometry)) return {};

@@ -63,7 +63,7 @@ class SurfacePointTracker {
 // std::invalid_argument naming the key.
 std::unique_ptr<SurfacePointTracker> MakeSurfacePointTracker(const Scene& scene,
                                                              const StereoRig& rig);
-// How many images the rest shape needs, one clause.
+// Returns a clause with the number of images that the baseline needs.
 std::string RestInWords(const SurfacePointTracker& tracker);
 // Depths beyond this [m] are not used: twice the distance of the object's origin, 1 m at least. For
 // scenes with depth images.

@@ -21,16 +21,16 @@ namespace {
 
 // Pressure of the air [Pa]. [by definition]
 constexpr double kAtmosphere = 101'325;
-// Rings of triangles about the top [-], and triangles across the tool [-]. [tuned:
+// Number of rings of triangles around the top [-], and of triangles across the tool [-]. [tuned:
 // domed_scene_test]
 constexpr int kMinRings = 10, kMaxRings = 24;
 constexpr double kTrianglesUnderTool = 3;  // [-] [tuned: domed_scene_test]
-// One sigma of the force by itself [-]: what the law leaves out, and what the surface's turning
-// does at the deepest indentation that is not extrapolated. [recorded: membrane_press_rgbd, whose
-// forces are 5 to 10 % low because its air responds sooner than enclosed air]
+// Relative sigma of the force [-]: error of the membrane law, and error by the rotation of the
+// surface at the deepest indentation that is not extrapolated. [recorded: membrane_press_rgbd,
+// whose forces are 5 to 10 % low because its air responds sooner than enclosed air]
 constexpr double kLawShare = 0.09, kTurningShare = 0.08;
 
-// `seconds`: what the precompute took.
+// `seconds`: duration of the precomputation.
 MembranePress MakePress(InflatedMembrane membrane, double patch, double* seconds) {
   MembranePress::Params params;
   params.patch = patch;
@@ -94,7 +94,7 @@ LoadIdentifier::Press MembraneBody::PressAt(const Eigen::Vector3d& p_O, double d
   if (!place) return press;
   const double give =
       press_.compliance().At(surface().triangles[Index(place->triangle)], place->weights);
-  if (!(give > 0)) return press;  // on the rim nothing gives
+  if (!(give > 0)) return press;  // the compliance on the rim is zero
   press.stiffness = 1 / give;
   press.force = std::max(0.0, depth) / give;
   press.valid = true;
@@ -138,7 +138,7 @@ Ellipsoid EllipsoidOf(const DomeGeometry& dome) {
   return ellipsoid;
 }
 
-// Half of the way over the top, from rim to rim, about.
+// Returns about half of the arc from rim to rim over the top.
 double HalfArc(const DomeGeometry& dome) {
   const double down = 1 - dome.inflation / dome.semi_axes.z();
   const double rim = std::sqrt(1 - down * down) * dome.semi_axes.head<2>().maxCoeff();

@@ -15,13 +15,15 @@
 
 namespace palpate {
 
-// The membrane's own air answers the press (InflatedMembrane::Params::air_stiffness): no pressure
-// sensor is read. Loads are even pressures on the tool's round patch; what pulls is no load.
+// The enclosed air responds to the press (InflatedMembrane::Params::air_stiffness), so no pressure
+// sensor is needed. Loads are uniform pressures on the tool's round patch; pulling loads are
+// excluded.
 class MembraneBody final : public LoadIdentifier {
  public:
-  // `patch`: diameter of the tool's contact [m], > 0; indentations deeper than half of it turn the
-  // surface by more than the linear model counts and are extrapolated. Throws std::invalid_argument
-  // naming the parameter. `rest`: points at rest must lie on it, where it is known.
+  // `patch`: diameter of the tool's contact [m], > 0; indentations deeper than half of it rotate
+  // the surface beyond the range of the linear model and are extrapolated. Throws
+  // std::invalid_argument naming the parameter. `rest`: surface on which points at rest must lie,
+  // if it is known.
   MembraneBody(InflatedMembrane membrane, double patch, const std::optional<Ellipsoid>& rest = {});
 
   SurfaceLoad Fit(const std::vector<SurfacePoint>& points_O) noexcept override;

@@ -15,7 +15,7 @@
 namespace palpate {
 namespace {
 
-// Points of an estimate [-]. [derived: three unknowns, and some to spare]
+// Smallest number of points for an estimate [-]. [derived: three unknowns, and some to spare]
 constexpr int kMinPoints = 10;
 
 MembranePress::Params Checked(const MembranePress::Params& params) {
@@ -45,8 +45,8 @@ std::vector<std::vector<int>> NeighboursOf(const SurfaceMesh& mesh) {
   return neighbours;
 }
 
-// Half the mean edge: width of the patch's soft edge, so that its shares change steadily as it
-// moves.
+// Returns half of the mean edge: the width of the patch's soft edge, which makes its shares
+// continuous as it moves.
 double EdgeSoftness(const SurfaceMesh& mesh) {
   double sum = 0;
   for (const auto& t : mesh.triangles) {
@@ -180,8 +180,8 @@ int MembranePress::BestNode() noexcept {
   return best;
 }
 
-// Maximum of a paraboloid through the sums of squares at the node and its neighbours, no farther
-// than these; its curvature gives the position's sigma.
+// Maximum of a paraboloid through the sums of squares at the node and its neighbours, limited to
+// their distance; the sigma of the position follows from its curvature.
 Eigen::Vector3d MembranePress::Interpolate(int node) noexcept {
   const auto at = Index(node);
   const auto& nodes = membrane_.surface().nodes;
@@ -201,7 +201,7 @@ Eigen::Vector3d MembranePress::Interpolate(int node) noexcept {
   const std::optional<Paraboloid::Minimum> minimum = fit.Solve();
   if (!minimum) return nodes[at];
   const Eigen::Vector2d step = minimum->place / std::max(1.0, minimum->place.norm());
-  // The sum of squares falls by one at a distance of one sigma.
+  // The explained sum of squares decreases by one at a distance of one sigma.
   estimate_.sigma_place = edge * std::sqrt(2 / minimum->min_curvature);
   return nodes[at] + edge * (step[0] * e1 + step[1] * e2);
 }
@@ -262,7 +262,8 @@ PatchCompliance::PatchCompliance(const InflatedMembrane& membrane, double diamet
     if (membrane.IsHeld(j)) continue;
     const auto at = Index(j);
     std::vector<Share>& shares = shares_[at];
-    // Pressures act along each node's own normal: what counts is their sum along the patch's.
+    // Pressures act along each node's normal, so the force is the sum of their components along the
+    // patch's normal.
     double sum = 0;
     for (int i = 0; i < static_cast<int>(nodes); ++i) {
       const auto node = Index(i);

@@ -3,8 +3,8 @@
 //
 //   y_i = n_i . (p_i - p_i_rest) = F g_i(patch) + noise
 //
-// g: deflection by one newton of even pressure on a round patch, with the response of the enclosed
-// air. The patch lies where the sum of squared residuals is least. Frame O.
+// g: deflection by one newton of uniform pressure on a round patch, with the response of the
+// enclosed air. The patch position minimises the sum of squared residuals. Frame O.
 #pragma once
 
 #include <array>

@@ -13,7 +13,7 @@ using Eigen::Vector3d;
 
 constexpr int kDegree = DiscMesh::kAcross;
 
-// The shape functions of an element's side at `x` in it, 0 to 1.
+// Returns the shape functions of an element's side at its coordinate `x`, 0 to 1.
 std::array<double, kDegree + 1> ShapesAt(double x) {
   std::array<double, kDegree + 1> shapes{};
   for (int i = 0; i <= kDegree; ++i) {

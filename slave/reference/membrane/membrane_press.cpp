@@ -12,7 +12,7 @@ namespace {
 using Eigen::Vector2d;
 using Eigen::Vector3d;
 
-// The first of the two depth steps around `depth`, of two or more.
+// Returns the first of the two depth steps around `depth`.
 std::size_t Below(const MembranePress& press, double depth) {
   const auto above = std::ranges::upper_bound(
       press.depth_steps, depth, {}, [](const auto& depth_step) { return depth_step->depth; });
@@ -25,7 +25,7 @@ double Chord(const MembranePress& press, std::size_t i) {
   return (b.force - a.force) / (b.depth - a.depth);
 }
 
-// A depth step, or for i < 0 what pulling would do: the opposite, since a plate has no side.
+// Returns a depth step; for i < 0 the pulling one, which is its negative by symmetry.
 double DepthOf(const MembranePress& press, int i) {
   return i < 0 ? -DepthOf(press, -i) : press.depth_steps[static_cast<std::size_t>(i)]->depth;
 }
@@ -33,7 +33,8 @@ double ForceOf(const MembranePress& press, int i) {
   return i < 0 ? -ForceOf(press, -i) : press.depth_steps[static_cast<std::size_t>(i)]->force;
 }
 
-// At a depth step: that of the polynomial through it and up to two depth steps on either side.
+// Returns the slope at a depth step: that of the polynomial through it and up to two depth steps on
+// either side.
 double Slope(const MembranePress& press, std::size_t depth_step) {
   const int at = static_cast<int>(depth_step),
             last = static_cast<int>(press.depth_steps.size()) - 1;
@@ -59,9 +60,10 @@ double Limited(double slope, double chord) {
   return share * chord;
 }
 
-// Weights of the depth steps from one before `below` to two after it, between it and the next one
-// at the part t of the way: a cubic with the slopes, at either end, of the parabola through that
-// depth step and its neighbours (at the first and the last depth step, through the three nearest).
+// Returns the interpolation weights of the depth steps from one before `below` to two after it, at
+// the fraction t between `below` and the next one. The cubic has at either end the slope of the
+// parabola through that depth step and its neighbours (at the first and the last depth step,
+// through the three nearest).
 
 using Weights = std::array<double, 4>;
 
@@ -89,7 +91,7 @@ Weights WeightsAt(const MembranePress& press, std::size_t below, double t) {
   return weights;
 }
 
-// Where a point of the turned disc (tool on the x axis at `p`) lies in the press solved at `q`.
+// Maps a point of the rotated disc (tool on the x axis at `p`) to the press solved at `q`.
 Vector2d Carried(const Vector2d& point, double p, double q, double rim) {
   if (p == q) return point;
   const double m = (p - q) * rim / (rim * rim - p * q);
@@ -122,7 +124,7 @@ Vector3d DisplacementAt(const MembranePress& press, const Vector2d& p_O, double 
   const Weights weights = WeightsAt(press, i, std::min((depth - from) / (to - from), 1.0));
   Vector3d displacement = Vector3d::Zero();
   for (std::size_t r = 0; r < weights.size(); ++r) {
-    if (weights[r] == 0) continue;  // also where there is no such depth step
+    if (weights[r] == 0) continue;  // also zero if there is no such depth step
     const MembraneDepthStep& depth_step = *press.depth_steps[i + r - 1];
     for (std::size_t k = 0; k < stencil.nodes.size(); ++k) {
       const auto n = static_cast<std::size_t>(stencil.nodes[k]);

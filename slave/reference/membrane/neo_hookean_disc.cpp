@@ -16,9 +16,10 @@ using Eigen::MatrixXd;
 using Eigen::Vector2d;
 using Eigen::VectorXd;
 
-constexpr double kGrowth = 0.45;  // of an element's size per distance from where it bends
+// Growth of the element size per distance from regions of strong bending.
+constexpr double kGrowth = 0.45;
 
-// Ends of `count` intervals of [0, 1] as long as `size` requires, up to a common factor.
+// Divides [0, 1] into `count` intervals whose lengths are proportional to `size`.
 std::vector<double> Divide(int count, const std::function<double(double)>& size) {
   constexpr int kSteps = 2000;
   std::vector<double> sum(kSteps + 1, 0.0);
@@ -38,14 +39,14 @@ std::vector<double> Divide(int count, const std::function<double(double)>& size)
   return ends;
 }
 
-// Numbers the crossings of lines by nested dissection along the elements' borders, so that the
-// factor of a matrix over them stays sparse (George 1973).
+// Numbers the nodes of the grid by nested dissection along the elements' borders, so that the
+// factor of a matrix stays sparse (George 1973).
 class Dissector {
  public:
   Dissector(int last_ray, const std::function<void(int, int)>& number)
       : last_ray_(last_ray), number_(number) {}
 
-  // Crossings strictly between the lines given, and those on the sector's own borders.
+  // Numbers the nodes strictly between the given grid lines, and those on the sector's own borders.
   void Number(int circle_0, int circle_1, int ray_0, int ray_1) {
     constexpr int kStep = DiscMesh::kAcross;
     const int circles = (circle_1 - circle_0) / kStep, rays = (ray_1 - ray_0) / kStep;
@@ -111,9 +112,9 @@ Vector2d NestedCircles::At(const Place& place) const noexcept {
   return {(1 - way) * eccentricity + r * std::cos(place.angle), r * std::sin(place.angle)};
 }
 
-// On the circle `way` from the tool to the rim, |d + way e| = tool + way (radius - tool) with d
-// from the tool's centre and e the eccentricity: a quadratic equation, one of whose roots is
-// positive.
+// Finds the circle at the share `way` from the tool to the rim, |d + way e| = tool + way (radius -
+// tool) with d from the tool's centre and e the eccentricity: a quadratic equation, one of whose
+// roots is positive.
 NestedCircles::Place NestedCircles::Of(const Vector2d& p) const noexcept {
   const Vector2d d(p.x() - eccentricity, p.y());
   const double distance = d.norm();
@@ -134,7 +135,8 @@ DiscMesh::DiscMesh(const NestedCircles& circles, double thickness, const Size& s
 
 void DiscMesh::PlaceCircles() {
   const double gap = circles_.radius - circles_.tool;
-  const double near = circles_.tool + thickness_, rim = 0.5 * thickness_;  // lengths of bending
+  // Lengths over which the sheet bends.
+  const double near = circles_.tool + thickness_, rim = 0.5 * thickness_;
   const auto outer = [&](double x) {
     return std::min(near + kGrowth * 2 * gap * x, rim + kGrowth * 2 * gap * (1 - x));
   };

@@ -1,4 +1,4 @@
-// A round plate of rubber under a round tool: coordinates that suit them, a mesh, and its forces.
+// Coordinates, mesh and forces of a round rubber plate under a round tool.
 #pragma once
 
 #include <array>
@@ -10,11 +10,11 @@
 
 namespace palpate::simulation {
 
-// Hexahedra for a round plate under a round tool: cubic along the plate and through it.
+// Hexahedral mesh for a round plate under a round tool, cubic along the plate and through it.
 //
-// One sector of the plate between mirror planes: half of it, or a quarter where the tool is at the
-// centre. Elements lie between nested circles, closer to each other near the tool's edge and the
-// rim, where a plate bends, and rays; the innermost ones have an edge without length.
+// It covers one sector of the plate between mirror planes: half of it, or a quarter if the tool is
+// at the centre. Elements lie between nested circles, closer to each other near the tool's edge and
+// the rim, where a plate bends, and rays; the innermost ones have an edge without length.
 // Coordinates of a round plate that suit a round tool anywhere on it: circles about the tool's
 // centre below it and, between its edge and the rim, circles whose centres and radii change evenly.
 // Frame: origin at the plate's centre, the tool's centre on the x axis at `eccentricity` >= 0, with
@@ -59,8 +59,8 @@ class DiscMesh {
   [[nodiscard]] int ray_lines() const { return kAcross * size_.rays + 1; }
   [[nodiscard]] int levels() const { return kThrough * size_.layers + 1; }
   [[nodiscard]] const std::vector<double>& circle_places() const { return s_; }  // s, per line
-  // Columns of nodes through the plate, in the order of their elimination; the clamped ones come
-  // last.
+  // Number of node columns through the plate, in the order of their elimination, with the clamped
+  // ones last.
   [[nodiscard]] int columns() const { return static_cast<int>(places_.size()); }
   [[nodiscard]] int free_columns() const { return free_columns_; }
   [[nodiscard]] int column(int circle, int ray) const {

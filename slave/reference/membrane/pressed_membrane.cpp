@@ -24,8 +24,8 @@ constexpr double kNearlyIncompressible = 0.499;
 constexpr double kDeepest = 0.5;     // of the radius
 constexpr double kResidual = 1e-6;   // of the load
 constexpr double kWorthwhile = 0.3;  // reduction of the residual by one step
-constexpr double kTouching = 1e-9;   // of the depth, of the largest force
-constexpr double kNear = 0.5;        // of the load: a residual with which a factor may be kept
+constexpr double kTouching = 1e-9;   // tolerance relative to the depth and to the largest force
+constexpr double kNear = 0.5;        // relative residual up to which a factor is reused
 constexpr int kNewtonSteps = 60, kFactors = 12, kHalvings = 6;
 
 void Require(bool good, const std::string& what) {
@@ -76,7 +76,8 @@ NestedCircles CirclesOf(double radius, double width, const Vector2d& p_O) {
 }
 
 DiscMesh::Size SizeOf(const MembraneResolution& resolution, const NestedCircles& circles) {
-  constexpr double kWide = 0.1;  // a tool below which the membrane bends near its edge only
+  // Tool width above which the membrane bends only near the tool's edge.
+  constexpr double kWide = 0.1;
   const int across = resolution.across > 0 ? resolution.across : 8;
   const int inner = std::max(1, across / 5), rays = std::max(4, across * 4 / 5);
   return {circles.tool > kWide ? inner + 1 : inner, across - inner,
@@ -84,10 +85,10 @@ DiscMesh::Size SizeOf(const MembraneResolution& resolution, const NestedCircles&
           resolution.through > 0 ? resolution.through : 1};
 }
 
-// Contact without adhesion: forces f >= 0 with C f >= missing, equal where f > 0. The least of
-// f^T C f / 2 - f^T missing: of the places that miss most one after another is pushed, and let go
-// where that would pull (Lawson and Hanson, Solving Least Squares Problems, ch. 23). False: C is
-// not positive definite.
+// Contact without adhesion: forces f >= 0 with C f >= missing, equal where f > 0. Minimises f^T C f
+// / 2 - f^T missing: places are pushed one after another, those with the largest deficit first, and
+// released if they would pull (Lawson and Hanson, Solving Least Squares Problems, ch. 23). False: C
+// is not positive definite.
 bool Push(const MatrixXd& C, const VectorXd& missing, VectorXd* forces) {
   const double slack = kTouching * missing.cwiseAbs().maxCoeff();
   std::vector<int> pushed;
@@ -122,7 +123,7 @@ bool Push(const MatrixXd& C, const VectorXd& missing, VectorXd* forces) {
 
 }  // namespace
 
-// Nondimensional: lengths by the radius a, stresses by E.
+// Nondimensional: lengths are divided by the radius a, stresses by E.
 struct PressedMembrane::Continuation {
   struct State {
     double depth = 0;  // of the tool, along -z
@@ -146,12 +147,12 @@ struct PressedMembrane::Continuation {
   NeoHookeanDisc solid;
   NeoHookeanDisc::Matrix stiffness;
   SparseLdlt<double> factor;
-  // Loads of the tool: one on the whole face of an even tool, one per node below a rigid tool.
-  MatrixXd loads;  // a column per load of one, along -z
+  // Loads of the tool: one uniform load on the whole face, or one per node below a rigid tool.
+  MatrixXd loads;  // one column per unit load, along -z
   std::vector<int>
-      touched;          // per load: the unknown, along z, that follows the tool while it pushes
+      touched;          // for each load the unknown along z that moves with the tool in contact
   MatrixXd by_loads;    // stiffness^-1 loads
-  MatrixXd compliance;  // depth at a row's place by the column's load
+  MatrixXd compliance;  // depth at the row's place under the column's unit load
   std::vector<State> states;  // the last three, the newest at the end
   std::vector<MembraneFace::Source> sources;
   MembranePress press;
@@ -218,8 +219,8 @@ PressedMembrane::Continuation::State PressedMembrane::Continuation::Predict(doub
   return guess;
 }
 
-// Newton's method for displacements and the forces that bring the tool to its depth. Forces cost a
-// fiftieth of a factor, so a factor is kept as long as it brings the balance closer.
+// Newton's method for displacements and the forces that bring the tool to its depth. Evaluating
+// forces takes a fiftieth of a factorisation, so a factor is reused while it reduces the residual.
 std::optional<PressedMembrane::Continuation::State> PressedMembrane::Continuation::Solve(
     double depth) {
   State state = Predict(depth);
@@ -237,7 +238,7 @@ std::optional<PressedMembrane::Continuation::State> PressedMembrane::Continuatio
     }
     last = norm;
     factor.Solve(&residual);
-    state.u += residual - by_loads * state.forces;  // as without the tool
+    state.u += residual - by_loads * state.forces;  // the right-hand side without the tool
     const VectorXd missing = depth - DepthsAt(state.u).array();
     if (!Push(compliance, missing, &state.forces)) return std::nullopt;
     state.u += by_loads * state.forces;

@@ -2,15 +2,15 @@
 // at rising depths of one press.
 //
 // The membrane is a thick plate of neo-Hookean rubber in three dimensions (neo_hookean_disc.h), on
-// cubic hexahedra fitted to the tool (DiscMesh): no hypothesis of a plate, no von Karman, no
-// modes. The tool presses along -z whatever the membrane does. A rigid face does not tilt and is
-// not glued: nodes of the outer face below it are at its depth and pushed, or deeper and free. An
-// even one spreads its force over its face, and its depth is the way of the outer face below its
-// centre. So force and depth mean here what they mean to the plates.
+// cubic hexahedra fitted to the tool (DiscMesh): without plate theory or modes. The tool always
+// presses along -z. A rigid face does not tilt and is not glued: nodes of the outer face below it
+// are at its depth and pushed, or deeper and free. A uniform load is spread over its face, and its
+// depth is the displacement of the outer face below its centre. So force and depth have the same
+// meaning as in the plate models.
 //
-// As it comes, the mesh is good for 0.1 % of the force and of the depth for the field (0.2 % beyond
-// half the radius, below wide tools, in sheets of a / 20), and a press of 0 to 5 mm on the paper's
-// membrane takes a second or two.
+// With default options the mesh error is 0.1 % of the force and of the depth for the field (0.2 %
+// beyond half the radius, below wide tools, in sheets of a / 20), and a press of 0 to 5 mm on the
+// paper's membrane takes a second or two.
 #pragma once
 
 #include <array>
@@ -25,9 +25,9 @@
 
 namespace palpate::simulation {
 
-// The membrane under the tool at one depth. Frame O; immutable once made.
+// The membrane under the tool at one depth. Frame O; immutable after construction.
 struct MembraneDepthStep {
-  double depth = 0;  // way of the tool beyond the first touch, along -z [m]
+  double depth = 0;  // displacement of the tool since the first touch, along -z [m]
   double force = 0;  // of the tool on the membrane along z [N]: negative pushes
   std::vector<Eigen::Vector3f> displacements_O;  // of the inner face's nodes [m]
 };
@@ -50,12 +50,14 @@ Eigen::Vector3d DisplacementAt(const MembranePress& press, const Eigen::Vector2d
                                double depth) noexcept;
 
 struct MembraneResolution {
-  int across = 0;   // elements from the centre to the rim, one more for a wide tool; 0: what the
-                    // stated accuracy needs
+  // Elements from the centre to the rim, one more for a wide tool; 0: as many as the stated
+  // accuracy needs.
+  int across = 0;
   int through = 0;  // layers through the thickness; 0: as above
 };
 
-// How a flat round tool presses: as a rigid body that touches with a part of its face, or evenly.
+// How a flat round tool presses: as a rigid face that may touch with a part of it, or as a uniform
+// load.
 enum class ToolFace : std::uint8_t { kEven, kRigid };
 constexpr ToolFace FaceOf(const Tool& tool) {
   return tool.IsRigidFace() ? ToolFace::kRigid : ToolFace::kEven;
@@ -83,10 +85,10 @@ class PressedMembrane {
   std::unique_ptr<Continuation> continuation_;
 };
 
-// How the membrane lies under the tool now, from presses that were solved at some radii only.
-// A round membrane is the same all around: presses are solved on the x axis and turned to where the
-// tool is. Between two solved radii forces and displacements are blended, each field carried
-// there first by the map of the disc onto itself that takes its tool's place to the true one
+// The present shape of the membrane under the tool, from presses that were solved at some radii
+// only. By symmetry presses are solved on the x axis and rotated to the tool's position. Between
+// two solved radii forces and displacements are interpolated. Each field is first transformed by
+// the conformal map of the disc onto itself that moves its tool position to the true one
 //
 //   z -> (z - m) / (1 - m z),   m = (p - q) / (1 - p q),   p -> q, the rim stays the rim,
 //

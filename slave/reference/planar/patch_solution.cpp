@@ -38,7 +38,7 @@ QuadraticMesh MeshUnder(const TrueBody& body, const BoundaryPlace& place, double
   return QuadraticMesh(MakeGradedMesh(outline.points, outline.segments, sizes));
 }
 
-// The patch's nodes move as one; where it meets a support, the tool wins.
+// The patch's nodes have the same displacement, also where the patch meets a support.
 void Prescribe(const QuadraticMesh& mesh, Prescribed& prescribed, Fields& values) {
   const auto nodes = static_cast<Eigen::Index>(mesh.nodes.size());
   prescribed = Prescribed::Constant(nodes, 2, false);
@@ -100,7 +100,7 @@ PatchSolution SolvePatch(const TrueBody& body, double poisson_ratio, Plane plane
   return solution;
 }
 
-// In a frame whose y axis is the way.
+// Computes in a frame whose y axis is the direction of motion.
 double SlidingStiffness(const TrueBody& body, double poisson_ratio, Plane plane,
                         const BoundaryPlace& place, double width, const Eigen::Vector2d& way_O,
                         const Fineness& fineness) {
@@ -128,7 +128,7 @@ double SlidingStiffness(const TrueBody& body, double poisson_ratio, Plane plane,
 TaggedOutline Divide(const TrueBody& body, int loop, std::pair<double, double> patch, double unit) {
   TaggedOutline outline;
   const double length = body.loop_length(loop), tolerance = 1e-9 * body.larger_side();
-  const auto shifted = [&](double s, double after) {  // s + k length, the first one behind `after`
+  const auto shifted = [&](double s, double after) {  // smallest s + k length above `after`
     return s + length * std::ceil((after - s) / length);
   };
   std::size_t loop_start = 0;

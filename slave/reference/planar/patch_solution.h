@@ -56,8 +56,8 @@ void OrderBoundary(PatchSolution& solution);
 PatchSolution SolvePatch(const TrueBody& body, double poisson_ratio, Plane plane,
                          const BoundaryPlace& place, double width, const Fineness& fineness = {});
 // Solves the same tool without friction: every point of the contact moves along the unit vector
-// `way_O` by the same amount, without force across it. Force along it per displacement along it, K
-// / (E t) [-]. Throws std::runtime_error also if a support leaves one component free.
+// `way_O` by the same amount, without force across it. Returns force per displacement along it, K /
+// (E t) [-]. Throws std::runtime_error also if a support leaves one component free.
 double SlidingStiffness(const TrueBody& body, double poisson_ratio, Plane plane,
                         const BoundaryPlace& place, double width, const Eigen::Vector2d& way_O,
                         const Fineness& fineness = {});

@@ -68,7 +68,7 @@ ElementIntegrals Integrate(const std::array<Eigen::Vector2d, 3>& p) {
   return e;
 }
 
-// The constants of the weak form: lambda = 0 where the pressure carries the volume change.
+// The constants of the weak form; lambda = 0 if the pressure is an unknown.
 struct Constants {
   double G = 0, lambda = 0;
   bool mixed = false;
@@ -107,7 +107,7 @@ class System {
 
   [[nodiscard]] int size() const { return size_; }
   [[nodiscard]] int node_dofs() const { return node_dofs_; }
-  // A third of the area of the triangles around the corner of pressure equation `k`.
+  // Returns a third of the area of the triangles around the corner of pressure equation `k`.
   [[nodiscard]] double pressure_mass(int k) const { return pressure_mass_[Index(k - node_dofs_)]; }
   // Lower half of the whole symmetric matrix.
   [[nodiscard]] Sparse Matrix() const {
@@ -181,10 +181,10 @@ Sparse FreePart(const Sparse& K, const std::vector<int>& number, int count) {
   return part;
 }
 
-// Solves the symmetric system with lower half A. `shift` is taken off the diagonal of the pressure
-// equations before factoring: at nu = 0.5 they have none, and a small negative one makes the matrix
-// quasi-definite, so that LDL^T exists in any order (Vanderbei, SIAM J. Optim. 5, 1995). Refinement
-// against A itself takes the change out again.
+// Solves the symmetric system with lower half A. `shift` is subtracted from the diagonal of the
+// pressure equations before the factorisation: at nu = 0.5 they have none, and a small negative one
+// makes the matrix quasi-definite, so that LDL^T exists in any order (Vanderbei, SIAM J. Optim. 5,
+// 1995). Iterative refinement with A removes the effect of this change.
 Eigen::MatrixXd SolveSymmetric(const Sparse& A, const Eigen::VectorXd& shift,
                                const Eigen::MatrixXd& right) {
   Sparse factored = A;
@@ -220,7 +220,8 @@ QuadraticMesh::QuadraticMesh(const TriangleMesh& mesh)
     for (std::size_t i = 0; i < 3; ++i) {
       const auto& v = mesh.triangles[t];
       const int behind = mesh.neighbours[t][i];
-      if (behind >= 0 && Index(behind) < t) continue;  // that triangle has made the node
+      // Skipped, because the neighbouring triangle has created the node already.
+      if (behind >= 0 && Index(behind) < t) continue;
       const int node = static_cast<int>(nodes.size());
       nodes.push_back(0.5 * (nodes[Index(v[(i + 1) % 3])] + nodes[Index(v[(i + 2) % 3])]));
       triangles[t][middle_of(i)] = node;

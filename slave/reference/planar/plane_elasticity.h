@@ -5,7 +5,7 @@
 //
 //   2 G (eps(u), eps(v)) + (p, div v) = 0,    (div u, q) - (1 / lambda) (p, q) = 0
 //
-// Lengths and E are the caller's; the site uses E = 1 and the body's larger side = 1.
+// The caller chooses the units; the simulator uses E = 1 and the body's larger side = 1.
 #pragma once
 
 #include <array>
@@ -19,17 +19,17 @@
 
 namespace palpate::simulation {
 
-// Nodes: the corners (numbered as in the TriangleMesh), then the edges' middles.
+// Nodes: the corners (numbered as in the TriangleMesh), then the mid-edge nodes.
 struct QuadraticMesh {
   explicit QuadraticMesh(const TriangleMesh& mesh);
 
   struct BoundaryEdge {
-    std::array<int, 3> node;  // from, middle, to; the body on the left
+    std::array<int, 3> node;  // start, mid-edge node, end; the body is on the left
     int tag;
   };
   std::vector<Eigen::Vector2d> nodes;
   int corner_count = 0;
-  std::vector<std::array<int, 6>> triangles;  // corners 0 1 2, middles of edges 01, 12, 20
+  std::vector<std::array<int, 6>> triangles;  // corners 0 1 2, mid-edge nodes 01, 12, 20
   std::vector<BoundaryEdge> boundary;
 };
 
@@ -50,8 +50,8 @@ struct ElasticSolution {
 };
 
 // `values`: nodes x 2 cases, read where `prescribed`. At least three degrees of freedom must be
-// prescribed so that the body cannot move freely. Throws std::runtime_error where the equations
-// have no finite solution. Cost: one sparse factorisation.
+// prescribed so that the body cannot move freely. Throws std::runtime_error if the equations have
+// no finite solution. Cost: one sparse factorisation.
 ElasticSolution SolveElastic(const QuadraticMesh& mesh, const PlaneMaterial& material,
                              const Prescribed& prescribed, const Fields& values);
 

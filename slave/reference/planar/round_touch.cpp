@@ -13,13 +13,14 @@ namespace palpate::simulation {
 namespace {
 
 constexpr double kPerWidth = 24;   // elements across the tool
-constexpr double kMaxEdge = 0.15;  // far from it, in parts of the larger side
+constexpr double kMaxEdge = 0.15;  // largest element far from the tool, relative to the larger side
 constexpr double kGrowth = 0.4;
 constexpr double kSupportEnd = 0.0005;
-constexpr double kFaceEnd = 0.01;  // elements at the ends of a straight face, in parts of it
+// Element size at the ends of a straight face, relative to the face.
+constexpr double kFaceEnd = 0.01;
 constexpr int kRounds = 100;
 
-// Even elements under the tool, small ones where a support ends.
+// Returns uniform elements under the tool and small ones at the ends of supports.
 SizeField SizesUnder(const TaggedOutline& outline, double width, bool is_flat) {
   SizeField sizes{kMaxEdge, kGrowth, {}};
   std::vector<int> tag_before(outline.points.size(), 0);
@@ -43,7 +44,7 @@ SizeField SizesUnder(const TaggedOutline& outline, double width, bool is_flat) {
   return sizes;
 }
 
-// The nodes under the tool that nothing holds, in the mesh's order.
+// Returns the unsupported nodes under the tool, in the mesh's order.
 std::vector<int> NodesUnder(const QuadraticMesh& mesh) {
   std::vector<int> nodes;
   for (const auto& edge : mesh.boundary) {
@@ -54,7 +55,7 @@ std::vector<int> NodesUnder(const QuadraticMesh& mesh) {
   return nodes;
 }
 
-// Two unit cases per node.
+// Prescribes two unit displacements per node.
 void Prescribe(const QuadraticMesh& mesh, const std::vector<int>& nodes, Prescribed& prescribed,
                Fields& values) {
   const auto count = static_cast<Eigen::Index>(mesh.nodes.size());
@@ -113,7 +114,7 @@ PatchSolution SolveUnderRound(const TrueBody& body, double poisson_ratio, Plane 
 
 namespace {
 
-// How far each node would be behind the tool's surface if nothing gave way [m].
+// Returns the overlap of each node with the tool's surface without deformation [m].
 Eigen::VectorXd Overlap(const RoundTouch& touch, const Eigen::Vector2d& moved, double turn) {
   Eigen::VectorXd overlap(static_cast<Eigen::Index>(touch.nodes.size()));
   const Eigen::Vector2d &n = touch.normal_O, along(-n.y(), n.x());
@@ -130,7 +131,7 @@ Eigen::VectorXd Overlap(const RoundTouch& touch, const Eigen::Vector2d& moved, d
   return overlap;
 }
 
-// Rows and columns of the nodes that touch, or of the others.
+// Returns the rows and columns of the touching nodes, or of the others.
 std::vector<Eigen::Index> Components(const std::vector<char>& touches, bool which) {
   std::vector<Eigen::Index> rows;
   for (std::size_t i = 0; i < touches.size(); ++i) {
@@ -173,7 +174,7 @@ RoundState Touched(const RoundTouch& touch, const Eigen::Vector2d& displacement_
     touches[i] = overlap(static_cast<Eigen::Index>(i)) > 0 ? 1 : 0;
   }
   RoundState state;
-  // Nodes that are pulled let go; those that the tool passes through touch.
+  // Pulled nodes are released; nodes inside the tool begin to touch.
   for (int round = 0; round < kRounds; ++round) {
     state = Balance(touch.stiffness, touches, wanted);
     bool changed = false;

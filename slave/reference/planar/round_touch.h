@@ -20,15 +20,15 @@ struct RoundTouch {
   Tool tool;
 };
 
-// Like SolvePatch, with `round`. The tool is flat or round. Cost: a tenth of a second or some.
+// Like SolvePatch, with `round`. The tool is flat or round. Cost: some tenths of a second.
 PatchSolution SolveUnderRound(const TrueBody& body, double poisson_ratio, Plane plane,
                               const BoundaryPlace& place, const Tool& tool);
 
 // Displacements of the nodes under a tool. Along the normal `displacement_O` [m] is that of the
-// centre of a round end, or of the middle of a flat face, since its first contact; across it, that
-// of the point of the tool that touched first. `turn` [rad], counter-clockwise: of a round end
-// since then, about its centre; of a flat face against the boundary, about its middle. Both results
-// have 2 entries (x, y) per node, O.
+// centre of a round end, or of the midpoint of a flat face, since its first contact; across it,
+// that of the tool's point that touched first. `turn` is a counter-clockwise rotation [rad]: of a
+// round end since the first contact, about its centre; of a flat face relative to the boundary,
+// about its midpoint. Both results have 2 entries (x, y) per node, O.
 struct RoundState {
   Eigen::VectorXd displacement;  // [m]
   Eigen::VectorXd force;         // of the tool on the body / (E t) [m]; zero where nothing touches
@@ -38,8 +38,8 @@ struct RoundState {
 };
 RoundState Touched(const RoundTouch& touch, const Eigen::Vector2d& displacement_O, double turn);
 
-// Equivalent of `wide` at this displacement [m], not zero: a solution as of a flat tool whose
-// displacements and force are those of the round one there.
+// Returns the secant solution at this nonzero displacement [m]: one of a flat tool whose
+// displacements and force are those of the round tool there.
 PatchSolution SecantAt(const PatchSolution& wide, const Eigen::Vector2d& displacement_O,
                        double turn);
 

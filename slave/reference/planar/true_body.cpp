@@ -44,7 +44,7 @@ Eigen::Isometry2d InPlane(const Eigen::Isometry3d& X_SO, const Point& misplaceme
   return X;
 }
 
-// Angle about O's origin, between -pi and pi as seen from the direction `zero`.
+// Returns the angle about the origin of O relative to the direction `zero`, between -pi and pi.
 double AngleFrom(const Point& p, double zero) {
   return std::remainder(std::atan2(p.y(), p.x()) - zero, 2 * std::numbers::pi);
 }
@@ -152,7 +152,7 @@ double TrueBody::loop_length(int loop) const {
   return last.s + last.length();
 }
 
-// Parity of the edges that a ray to the right crosses.
+// Counts the edges that a ray to the right crosses; an odd number means inside.
 bool TrueBody::Contains(const Point& p) const noexcept {
   bool inside = false;
   for (const Edge& e : edges_) {

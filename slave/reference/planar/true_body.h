@@ -27,7 +27,7 @@ class TrueBody {
   // Edge is a straight piece of a loop, fixed or free over its whole length.
   struct Edge {
     int loop = 0;
-    double s = 0;  // where it begins
+    double s = 0;  // arc length at its start
     Eigen::Vector2d a{0, 0}, b{0, 0};
     bool held_x = false, held_y = false;
     [[nodiscard]] double length() const { return (b - a).norm(); }

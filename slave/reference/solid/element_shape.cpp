@@ -21,7 +21,7 @@ struct Rule {
   VectorXd weights;
 };
 
-// On [0, 1], by Golub and Welsch 1969.
+// Returns the Gauss rule on [0, 1] (Golub and Welsch 1969).
 Rule GaussRule(int count) {
   MatrixXd jacobi = MatrixXd::Zero(count, count);
   for (int k = 1; k < count; ++k) jacobi(k, k - 1) = k / std::sqrt(4.0 * k * k - 1);
@@ -30,7 +30,7 @@ Rule GaussRule(int count) {
           eigen.vectors.row(0).array().square()};
 }
 
-// All whole numbers below `count` in each direction, the last running first.
+// Returns all index tuples below `count`, with the last index varying fastest.
 MatrixXi Lattice(int dims, int count) {
   MatrixXi lattice(dims, static_cast<int>(std::lround(std::pow(count, dims))));
   for (int i = 0; i < lattice.cols(); ++i) {
@@ -52,7 +52,7 @@ Rule CubeRule(int dims, int count) {
   return rule;
 }
 
-// x^0 to x^degree and their slopes.
+// Powers x^0 to x^degree and their derivatives.
 struct Powers {
   Powers(double x, int degree) : value(degree + 1), slope(degree + 1) {
     for (int k = 0; k <= degree; ++k) {
@@ -63,8 +63,8 @@ struct Powers {
   VectorXd value, slope;
 };
 
-// The monomials whose exponents are the columns of `exponents`: the value (`along` < 0) or the
-// derivative along one direction, row per place.
+// Returns the monomials with exponents in the columns of `exponents`: values (`along` < 0) or
+// derivatives along one direction, one row per point.
 MatrixXd Monomials(const MatrixXi& exponents, const MatrixXd& places, int along) {
   MatrixXd result = MatrixXd::Ones(places.cols(), exponents.cols());
   for (int d = 0; d < places.rows(); ++d) {
@@ -77,7 +77,7 @@ MatrixXd Monomials(const MatrixXi& exponents, const MatrixXd& places, int along)
   return result;
 }
 
-// The monomials with the lattice's exponents span what its nodes' values determine.
+// The monomials with the lattice's exponents span the space of shape functions.
 ElementShape ShapeOf(const MatrixXi& lattice, int degree, const Rule& rule) {
   const MatrixXd nodes = lattice.cast<double>() / degree;
   const MatrixXd coefficients = Monomials(lattice, nodes, -1).inverse();

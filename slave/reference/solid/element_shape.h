@@ -8,8 +8,8 @@
 namespace palpate::simulation {
 
 // On the reference element: the cube [0, 1]^dims, or the simplex where the coordinates' sum is at
-// most 1. Nodes lie at `lattice` / degree, the last coordinate running first. Gauss's rule has
-// degree + 1 points in each direction; the simplex is a cube with a side drawn together.
+// most 1. Nodes are at `lattice` / degree, with the last coordinate varying fastest. The Gauss rule
+// has degree + 1 points in each direction; the simplex is a cube with one side collapsed.
 struct ElementShape {
   static ElementShape Cube(int dims, int degree);
   static ElementShape Tetrahedron(int degree);
@@ -24,7 +24,7 @@ struct ElementShape {
   Eigen::VectorXd weights;    // per point
 };
 
-// An element where it lies at rest.
+// An element at its position at rest.
 struct PlacedElement {
   // `places`: dims x nodes. Throws std::invalid_argument: a point of the rule has no volume.
   PlacedElement(const ElementShape& shape, const Eigen::MatrixXd& places, std::vector<int> numbers);

@@ -24,7 +24,7 @@ Matrix3d CofactorOf(const Matrix3d& F) {
   return cofactor;
 }
 
-// Where a rising function is zero.
+// Returns the zero of an increasing function.
 template <typename Function>
 double RootOf(double low, double high, const Function& function) {
   for (int i = 0; i < 60; ++i) {
@@ -98,8 +98,9 @@ bool NeoHookean::FromFree(const Matrix3d& H, bool with_tangent, Stress* stress) 
   return true;
 }
 
-// Arrays of one element. The stiffness between components a <= b of all its nodes is the product of
-// the shape functions' gradients with theirs times dP_a / dF_b, one such block beside the other.
+// Work arrays of one element. For components a <= b the stiffness of all its nodes is the product
+// of the shape functions' gradients and these gradients times dP_a / dF_b. The blocks are stored
+// side by side.
 struct NeoHookeanBody::Work {
   static constexpr std::array<int, 6> kFirst{0, 0, 0, 1, 1, 2}, kSecond{0, 1, 2, 1, 2, 2};
   // Numbers of the blocks that components (a, b) and (b, a) share.
@@ -120,7 +121,7 @@ struct NeoHookeanBody::Work {
   MatrixXd u, forces;  // 3 x nodes
   MatrixXd H;          // displacement gradients, 3 x (3 per point)
   MatrixXd P;          // stresses, times weights
-  MatrixXd turned;     // gradients times tangents, times weights: (nodes per block) x (3 per point)
+  MatrixXd turned;  // product of gradients, tangents and weights: (nodes per block) x (3 per point)
   MatrixXd stiffness;  // nodes x (nodes per block)
 };
 
@@ -256,7 +257,8 @@ void NeoHookeanBody::AddStiffness(std::size_t element, const Work& work, Matrix*
       const int position = 3 * positions_[element][Index(i + count * j)];
       for (int b = 0; b < 3; ++b) {
         double* to = stiffness->valuePtr() + stiffness->outerIndexPtr()[3 * column + b] + position;
-        const int rows = nodes[Index(i)] == column ? b + 1 : 3;  // a node may stand in it twice
+        // A node may occur twice in an element.
+        const int rows = nodes[Index(i)] == column ? b + 1 : 3;
         for (int a = 0; a < rows; ++a) to[a] += work.entry(i, a, j, b);
       }
     }

@@ -1,7 +1,7 @@
 // Elastic forces and stiffness of neo-Hookean rubber divided into elements of any shape.
 //
-// Nondimensional: stresses by E, lengths as the elements. Total Lagrangian; displacements alone are
-// unknowns: quadratic and cubic ones do not lock. Const members are thread-safe.
+// Nondimensional: stresses by E, lengths as the elements. Total Lagrangian; only displacements are
+// unknowns, because quadratic and cubic elements do not lock. Const members are thread-safe.
 #pragma once
 
 #include <vector>
@@ -52,7 +52,7 @@ class NeoHookeanBody {
 
   // Unknowns: x, y, z of node by node.
   [[nodiscard]] int size() const { return 3 * static_cast<int>(upper_.size()); }
-  // Elastic forces at displacements u. False: an element is turned inside out.
+  // Computes the elastic forces at displacements u. False: an element is inverted.
   bool Forces(const Eigen::VectorXd& u, Eigen::VectorXd* forces) const;
   // Also computes their derivatives: the upper triangle, with the pattern of EmptyMatrix().
   bool Linearise(const Eigen::VectorXd& u, Eigen::VectorXd* forces, Matrix* stiffness) const;

@@ -21,15 +21,16 @@ using Eigen::Matrix3d;
 using Eigen::Vector2d;
 using Eigen::Vector3d;
 
-// First brick at an end of the tool by its smaller side, and how bricks grow. [tuned:
-// pressed_block_test, within 2 %]
+// Size of the first hexahedron at an end of the tool relative to the tool's smaller side, and
+// growth of the hexahedra. [tuned: pressed_block_test, within 2 %]
 constexpr double kFirst = 0.2, kGrowth = 2;
-constexpr double kMaxNu = 0.4999;  // displacements alone lock
-// Part of the first brick by which a tool acts wider at its end, where the stress is singular.
-// [measured: as above]
+constexpr double kMaxNu = 0.4999;  // elements with displacements only would lock beyond it
+// Excess width of the tool at each end, where the stress is singular, relative to the first
+// hexahedron. [measured: as above]
 constexpr double kExcess = 0.1;
 
-// Ends of bricks along one axis: fine at `low` and `high`, the ends of the tool.
+// Returns the hexahedra's boundaries along one axis, fine at `low` and `high`, the ends of the
+// tool.
 std::vector<double> Ends(double length, double low, double high, double first) {
   const auto grown = [&](double from, double to) {
     std::vector<double> ends;
@@ -53,7 +54,7 @@ std::vector<double> Ends(double length, double low, double high, double first) {
   return ends;
 }
 
-// Nodes of quadratic bricks: ends and middles.
+// Returns the nodes of quadratic hexahedra: ends and midpoints.
 std::vector<double> NodesOf(const std::vector<double>& ends) {
   std::vector<double> nodes{ends.front()};
   for (std::size_t i = 1; i < ends.size(); ++i) {
@@ -149,23 +150,24 @@ Sides SidesOf(const TrueBody& body, const BoundaryPlace& place) {
 enum : int { kHeld = -1, kMoved = -2 };  // instead of a row
 
 struct Tooling {
-  double low = 0, high = 0, front = 0, back = 0;  // of the tool, along the side and the thickness
+  // Ends of the tool along the side and along the thickness.
+  double low = 0, high = 0, front = 0, back = 0;
 };
 
-// The ends of a tool on [0, length] come nearer to each other, but where it ends with the body.
+// Moves the ends of a tool on [0, length] inwards, except at the ends of the body.
 void Narrow(double excess, double length, double* low, double* high) {
   const double near = 1e-6 * length;
   if (*low > near) *low += excess;
   if (*high < length - near) *high -= excess;
 }
 
-// A row of the system for each component of each node.
+// Returns the row of the system for each component of each node.
 std::vector<int> RowsOf(const Grid& grid, const Sides& sides, const Matrix2d& to_O,
                         const Tooling& tool, int* count) {
   std::vector<int> rows(3 * Index(grid.count()), 0);
   const double near = 1e-9 * grid.nodes[0].back();
   const auto hold = [&](int node, const TrueBody::Edge& edge) {
-    // Sides are along x or y of O, and so are the axes.
+    // Sides are parallel to x or y of O, and so are the axes.
     const int x_axis = std::abs(to_O(0, 0)) > 0.5 ? 0 : 1;
     if (edge.held_x) rows[Index(3 * node + x_axis)] = kHeld;
     if (edge.held_y) rows[Index(3 * node + 1 - x_axis)] = kHeld;
@@ -191,7 +193,7 @@ std::vector<int> RowsOf(const Grid& grid, const Sides& sides, const Matrix2d& to
   for (int k = 0; k < grid.size(2); ++k) {
     for (int j = 0; j < grid.size(1); ++j) {
       for (int i = 0; i < grid.size(0); ++i) {
-        // Bricks that a node is in: two at its ends, one in its middle.
+        // Hexahedra that contain a node: two at an end, one at a midpoint.
         const auto first = [](int n) { return n % 2 == 0 ? std::max(n - 2, 0) : n - 1; };
         const auto last = [](int n, int size) {
           return n % 2 == 0 ? std::min(n + 2, size - 1) : n + 1;
@@ -217,8 +219,8 @@ std::vector<int> RowsOf(const Grid& grid, const Sides& sides, const Matrix2d& to
   return rows;
 }
 
-// Displacements, components of all nodes x 2 cases: the tool moves along the side, and into the
-// body. `stiffness`: its forces.
+// Returns the displacements, components of all nodes x 2 cases: the tool moves along the side, and
+// into the body. `stiffness`: forces of the tool.
 Eigen::MatrixXd SolveCases(const Grid& grid, const std::vector<int>& rows, int count, double nu,
                            Matrix2d* stiffness) {
   Eigen::MatrixXd right = Eigen::MatrixXd::Zero(count, 2);

@@ -9,8 +9,8 @@
 namespace palpate::simulation {
 
 // The solution's mesh and displacements are those of the front face, and its stiffness K / (E t) is
-// that of the block, t its thickness. The tool moves neither through the thickness nor turns.
-// Within 2 % of the continuum. Throws std::invalid_argument: no rectangle, a side held in part;
+// that of the block, t its thickness. The tool neither moves through the thickness nor rotates.
+// Within 2 % of the continuum. Throws std::invalid_argument: no rectangle, a partly fixed side;
 // std::runtime_error: no solution. Cost: seconds.
 PatchSolution SolveBlock(const TrueBody& body, double poisson_ratio, double thickness,
                          const BoundaryPlace& place, const Tool& tool);

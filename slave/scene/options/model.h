@@ -15,7 +15,7 @@ namespace palpate {
 
 enum class Plane : std::uint8_t { kStress, kStrain };
 enum class ContactLaw : std::uint8_t { kBonded, kFrictionless, kFriction };
-// As in model.contact.
+// Returns the text of model.contact.
 constexpr std::string_view WordOf(ContactLaw law) {
   return law == ContactLaw::kBonded         ? "bonded"
          : law == ContactLaw::kFrictionless ? "frictionless"
@@ -25,7 +25,7 @@ enum class ElementOrder : std::uint8_t { kConstant, kLinear, kQuadratic };
 // One term of the Ogden model.
 struct OgdenTerm {
   double share = 1;     // share of the initial shear modulus
-  double exponent = 2;  // not 0
+  double exponent = 2;  // other than 0
 };
 // Options of `fem` and of the models derived from it (deploy/scenes/README.md, model).
 struct FemOptions {
@@ -67,7 +67,7 @@ struct ModelDecision {
   double update = 0;                    // slowest percent of the updates [s]
 };
 
-// What every command states of a model: `check`, `auto`, `study`, and the scene's description.
+// Statement about a model's accuracy in `check`, `auto`, `study` and the scene's description.
 enum class Promise : std::uint8_t { kMeets, kMayMiss, kMisses };
 // kMayMiss: the error is within the tolerance, its bound is not.
 Promise OnTolerance(double error, double bound, double tolerance) noexcept;

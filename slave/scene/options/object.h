@@ -75,21 +75,21 @@ Outline OutlineOf(const Geometry& geometry);
 
 // A part of the moduli that fades at a constant strain as share * exp(-t / time).
 struct RelaxationTerm {
-  double share = 0;  // of the moduli at once [-], > 0; the sum of all is below 1
+  double share = 0;  // share of the instantaneous moduli [-], > 0; the sum of all shares is below 1
   double time = 0;   // [s], > 0
 };
 
 struct Material {
   static constexpr std::size_t kMaxRelaxationTerms = 8;
 
-  double young_modulus = 0;                  // E [Pa], > 0; of a relaxing material at once
+  double young_modulus = 0;                  // E [Pa], > 0; instantaneous for a relaxing material
   double poisson_ratio = 0;                  // nu [-], -1 < nu <= 0.5
   double density = 0;                        // [kg/m^3]; 0: not given
   double young_modulus_tolerance = 0;        // one sigma, relative [-]; part of the force's sigma
-  std::vector<RelaxationTerm> relaxation{};  // of all moduli alike; empty: elastic
+  std::vector<RelaxationTerm> relaxation{};  // relaxation of all moduli; empty: elastic
 };
 
-// Where displacements are zero.
+// Parts of the boundary with zero displacement.
 struct FixedSide {
   std::string side;
 };  // bottom, top, left, right of the bounding box, selected by element midpoint
@@ -99,7 +99,7 @@ struct FixedArc {
 struct FixedPlane {
   int axis = 0;
   double at = 0;
-};  // elements whose midpoint lies in the plane; position [m]
+};  // elements whose midpoint is in the plane at this position [m]
 struct FixedNodes {
   std::vector<int> nodes;
 };  // element indices from 0
@@ -152,8 +152,8 @@ struct Tool {
   std::optional<double> depth{};
   // From the front face of a planar object to the tool [m]; nullopt: it is in the middle.
   std::optional<double> behind{};
-  // A flat one on a membrane: an even pressure. Else a rigid face, which is not glued and does not
-  // tilt.
+  // For a flat tool on a membrane: true: a uniform pressure; false: a rigid face, which is not
+  // glued and does not tilt.
   bool presses_evenly = false;
   double radius =
       0;  // of the end of a round tool, or of a capsule [m]; its contact grows with depth
@@ -167,11 +167,11 @@ struct Tool {
   [[nodiscard]] double BehindFront(double thickness) const {
     return depth ? behind.value_or((thickness - std::min(*depth, thickness)) / 2) : 0;
   }
-  // Whether it reaches through a part of that thickness.
+  // Returns whether it reaches through a part of this thickness only.
   [[nodiscard]] bool IsNarrowerThan(double thickness) const { return depth && *depth < thickness; }
   [[nodiscard]] bool IsRigidFace() const { return shape == Shape::kFlat && !presses_evenly; }
 };
-// As in tool.shape.
+// Returns the text of tool.shape.
 constexpr std::string_view WordOf(Tool::Shape shape) {
   return shape == Tool::Shape::kFlat      ? "flat"
          : shape == Tool::Shape::kRound   ? "round"

@@ -29,9 +29,10 @@ struct ManipulatorOptions {
     kStream,  // DriveTool
     kNone     // `manipulator: none`: the slave commands no tool and compares no encoders
   } source = Source::kSimulated;
-  double silence = 0.040;         // longest time between reports of a driver; more is a fault [s]
-  Eigen::Vector3d home{0, 0, 0};  // tool tip at the start, S [m]
-  double max_speed = 0.05;        // largest tool speed [m/s]
+  // Longest time between reports of a driver; a longer silence is a fault [s].
+  double silence = 0.040;
+  Eigen::Vector3d home{0, 0, 0};                    // tool tip at the start, S [m]
+  double max_speed = 0.05;                          // largest tool speed [m/s]
   double max_angular_speed = std::numbers::pi / 2;  // of the tool's rotation [rad/s]
   Eigen::Vector3d workspace_min{-1, -1, 0};         // lower corner of the workspace, S [m]
   Eigen::Vector3d workspace_max{1, 1, 0};           // upper corner of the workspace, S [m]
@@ -79,7 +80,7 @@ struct SiteOptions {
     double tilt = 0;      // largest angle of the tool in the image plane [rad]
     double tremor = 0;    // amplitude of the tremor, 8 to 12 Hz; the slow drift is twice it [m]
     double exposure = 0;  // relative change of the gain by automatic exposure [-]
-    double shadow = 0;    // light that the shadow of the hand takes away in its middle [-]
+    double shadow = 0;    // share of the light that the hand's shadow removes at its centre [-]
     double jitter = 0;    // of the intervals between images, relative [-]
     double lens = 0;      // inward shift of the image's corners by the lens, relative [-]
   };

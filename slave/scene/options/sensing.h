@@ -43,7 +43,7 @@ struct Camera {
   Eigen::Isometry3d X_SC =
       Eigen::Isometry3d::Identity();  // C: origin at the image centre, x right, y up
 };
-// Whether the file's name is that of a video, not of an image.
+// Returns whether the file's name is that of a video, not of an image.
 bool IsVideo(const std::filesystem::path& file);
 struct TipTracking {
   std::filesystem::path
@@ -68,16 +68,16 @@ struct Finger {
   Eigen::Isometry3d X_SF =
       Eigen::Isometry3d::Identity();  // while the manipulator is at manipulator.home
   bool has_pose =
-      false;  // the scene defines X_SF; otherwise the pad is above the middle of the object
+      false;  // the scene defines X_SF; false: the pad is above the centre of the object
   // Motion relative to the manipulator: the same, opposite (a pinch), or none.
   enum class Motion : std::uint8_t { kHand, kOpposite, kAtRest } motion = Motion::kHand;
 };
 // Tactile fingertips (paper B).
 struct Tactile {
   enum class Source : std::uint8_t { kRecording, kStream, kSimulated } source = Source::kRecording;
-  std::filesystem::path file;        // file of the recording
-  bool has_recorded_poses = false;   // the recording has columns of poses; else they follow the
-                                     // manipulator
+  std::filesystem::path file;  // file of the recording
+  // The recording contains poses; false: they follow the manipulator.
+  bool has_recorded_poses = false;
   double rate = 100;                 // rate of the samples [Hz]
   TactileChannels channels;          // of each finger
   std::vector<Finger> fingers;       // 1 to 5; the operator moves the first
@@ -221,11 +221,11 @@ class SenseOptions {
  private:
   std::vector<SenseChoice> senses_;
 };
-// Whether a stereo pair or depth camera tracks points in space.
+// Returns whether a stereo pair or depth camera tracks points in space.
 bool HasStereoOrDepth(const SenseOptions& sense);
-// Whether the scene has a camera of any kind.
+// Returns whether the scene has a camera of any kind.
 bool HasImages(const SenseOptions& sense);
-// Whether the images come from a driver (FeedImages).
+// Returns whether the images come from a driver (FeedImages).
 bool TakesImages(const SenseOptions& sense);
 // Rate of the images or samples of the first sensing [Hz]; 0: no sensing.
 double SensorRate(const SenseOptions& sense);

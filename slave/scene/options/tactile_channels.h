@@ -1,4 +1,4 @@
-// What one sample of a tactile sensor consists of.
+// Channels in one sample of a tactile sensor.
 #pragma once
 
 #include <string>
@@ -8,8 +8,8 @@ namespace palpate {
 inline constexpr int kElectrodeCount = 19;
 inline constexpr int kMaxChannels = 256;
 
-// Number and unit of a sensor's channels: taxels, magnetometers, pressure cells. The default are
-// the electrodes of a fingertip, which sends two pressures besides.
+// Number and unit of a sensor's channels: taxels, magnetometers, pressure cells. The default is the
+// electrodes of a fingertip, which also sends two pressures.
 struct TactileChannels {
   int count = kElectrodeCount;
   std::string unit = "counts";

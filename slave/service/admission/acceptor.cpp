@@ -24,13 +24,15 @@
 namespace palpate {
 namespace {
 
-constexpr std::chrono::milliseconds kCountPeriod(20);  // between two counts of what arrived
+constexpr std::chrono::milliseconds kCountPeriod(20);  // period of counting the received bytes
 constexpr double kTrustPeriod = 1;                     // between two checks of certificates [s]
 constexpr double kWindow = 0.2;  // time constant of the rate of a connection [s]
-constexpr double kOwnBurst = 2;  // of a connection with a rate of its own, at that rate [s]
-constexpr int kFirstByte = 3;    // time for it, before the system hands a connection over [s]
-// Between two connections: gRPC opens one in less than a millisecond, in the threads that also read
-// the operator's commands.
+// Burst of a connection with its own rate, in time at that rate [s].
+constexpr double kOwnBurst = 2;
+// Time until the first byte must arrive, after which the system accepts the connection [s].
+constexpr int kFirstByte = 3;
+// Pause between two accepted connections: gRPC opens one in less than a millisecond, in the threads
+// that also read the operator's commands.
 constexpr std::chrono::milliseconds kBetween(1);
 // Largest amount that a client sends before it has the server's settings [bytes]: the initial
 // window of 65 535 bytes (RFC 9113, 6.9.2), and headers.
@@ -42,11 +44,11 @@ void Set(int fd, int level, int option, int value) {
   setsockopt(fd, level, option, &value, sizeof value);
 }
 
-// A listening socket at `address`, whose port is filled in. -1: errno says why.
+// Opens a listening socket at `address` and sets the port there. -1: see errno.
 int Listen(sockaddr* address, socklen_t size) {
   const int fd = socket(address->sa_family, SOCK_STREAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0);
   if (fd < 0) return fd;
-  Set(fd, SOL_SOCKET, SO_REUSEADDR, 1);  // of a program that ended, not of one that listens
+  Set(fd, SOL_SOCKET, SO_REUSEADDR, 1);  // reuses the port of a program that has ended
   Set(fd, IPPROTO_TCP, TCP_DEFER_ACCEPT, kFirstByte);
   if (address->sa_family == AF_INET6) Set(fd, IPPROTO_IPV6, IPV6_V6ONLY, 1);
   if (bind(fd, address, size) == 0 && listen(fd, SOMAXCONN) == 0) {
@@ -106,7 +108,7 @@ void Acceptor::Run(const std::stop_token& stop) {
   for (const int fd : listening_) polled.push_back({fd, POLLIN, 0});
   Time counted = Clock::now(), trust_checked{};
   while (!stop.stop_requested()) {
-    // While too much arrives, nobody new is accepted.
+    // While too much data arrives, no new connection is accepted.
     const auto count = credit_ < 0 ? 0 : polled.size();
     const int ready = poll(polled.data(), count, static_cast<int>(kCountPeriod.count()));
     for (const pollfd& one : polled) {

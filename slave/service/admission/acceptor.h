@@ -1,5 +1,5 @@
-// Admission control in front of gRPC: how many connections there are, how fast they come, and how
-// much all of them send.
+// Admission control in front of gRPC: it limits the number of connections, their rate, and the data
+// rate of all of them.
 #pragma once
 
 #include <array>
@@ -21,7 +21,7 @@ namespace palpate {
 
 // Why a connection was closed.
 enum class TurnedAway : std::uint8_t {
-  kFull,       // as many as permitted were open, and this one had no stream
+  kFull,       // the permitted number of connections was open, and this one had no stream
   kTooMuch,    // the bytes of all connections exceeded the limit, and this one sent most
   kUntrusted,  // its certificate is no longer valid
 };
@@ -68,11 +68,11 @@ class Acceptor {
   struct Connection {
     int fd;  // a duplicate: the number of the original may be used again
     std::string peer;
-    bool has_stream = false;  // one without gives way if all places are taken
+    bool has_stream = false;  // a connection without stream is closed if the limit is reached
     double rate = 0;          // of its own [bytes/s]
     std::function<bool()> trusted = {};
     std::uint64_t received = 0;  // [bytes] at the last count
-    double own = 0;              // what it may still send at its own rate [bytes]
+    double own = 0;              // amount that it may still send at its own rate [bytes]
     double recent = 0;           // [bytes] beyond that, decaying with a time constant
   };
 
@@ -88,11 +88,11 @@ class Acceptor {
   const Limits limits_;
   std::vector<int> listening_;
   std::vector<Connection> connections_;  // used by the thread only, as the next one
-  double credit_;                        // what may still arrive at once [bytes]
+  double credit_;                        // amount that may still arrive at once [bytes]
   std::array<std::atomic<std::uint64_t>, kTurnedAwayNames.size()> turned_away_{};
   std::atomic<std::uint64_t> accepted_{0}, open_{0};
   PriorityInheritanceMutex mutex_;         // guards the member below
-  std::map<std::string, Client> clients_;  // not yet applied
+  std::map<std::string, Client> clients_;  // clients that are not applied yet
   std::jthread thread_;                    // last: it uses all of the above
 };
 

@@ -10,7 +10,7 @@
 namespace palpate {
 namespace {
 
-// A third of each triangle around a node at rest [m^2].
+// Returns for each node a third of the area of the triangles around it, at rest [m^2].
 std::vector<double> AreasOf(const BoundaryShape& shape) {
   std::vector<double> areas(shape.rest.size() / 3, 0);
   if (shape.nodes_per_element != 3) return areas;
@@ -25,8 +25,8 @@ std::vector<double> AreasOf(const BoundaryShape& shape) {
   return areas;
 }
 
-// Traction at the nodes [Pa]: the model's own, else the force on each node over its part of the
-// surface. Empty: unknown.
+// Returns the traction at the nodes [Pa]: that of the model, else the force on each node divided by
+// its part of the surface. Empty: unknown.
 std::vector<double> TractionOf(const BoundaryShape& shape, const std::vector<double>& areas) {
   const bool is_reported = !shape.traction.empty() || shape.nodes_per_element != 3;
   if (is_reported) return {shape.traction.begin(), shape.traction.end()};

@@ -14,14 +14,14 @@ namespace palpate {
 class MeshStreamEncoder {
  public:
   explicit MeshStreamEncoder(const v1::WatchMeshRequest& request);
-  // What Encode needs of a shape.
+  // The parts of a shape that Encode needs.
   [[nodiscard]] ShapeParts needs() const { return {nodal_forces_ || traction_, field_}; }
   // Overwrites `message`.
   void Encode(const BoundaryShape& shape, v1::MeshState* message);
 
  private:
   const bool nodal_forces_, traction_, field_;  // requested
-  std::vector<std::uint32_t> elements_;         // topology that the reader knows
+  std::vector<std::uint32_t> elements_;         // topology that the reader has received
   std::vector<double> areas_;                   // of its nodes, at rest [m^2]; 0 on an outline
 };
 

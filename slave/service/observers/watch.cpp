@@ -19,7 +19,7 @@ namespace {
 
 // Period at which a silent stream checks whether its reader is still there.
 constexpr std::chrono::milliseconds kPollPeriod(50);
-constexpr std::chrono::milliseconds kPaceWait(5);  // until a stream asks again whether it may send
+constexpr std::chrono::milliseconds kPaceWait(5);  // pause until a stream tries again to send
 
 void RequireCamera(const Slave& slave) {
   if (!HasImages(slave.Describe().scene.sense)) {
@@ -43,7 +43,7 @@ grpc::Status TeleoperationService::Watch(grpc::ServerContext* context, const Pre
     refused_.Add("a stream of " + Message::descriptor()->name(), ClientOf(*context), why);
     return Error(v1::ERROR_REASON_TOO_MANY, why);
   }
-  const auto box = publisher_.Subscribe();  // its states show when there is something new
+  const auto box = publisher_.Subscribe();  // its states indicate new data
   Message message;
   double bytes = 0;  // of the previous message
   while (!box->closed()) {
@@ -100,7 +100,7 @@ grpc::Status TeleoperationService::WatchMesh(grpc::ServerContext* context,
     return GapOf(*request);
   };
   std::optional<Time> sensed_at;
-  std::uint32_t revision = 0;  // another one may be of another object
+  std::uint32_t revision = 0;  // another revision may have another object
   return Watch(context, prepare, &bulk_pace_, writer,
                [&](const SlaveState& state, v1::MeshState* message) {
                  if (std::exchange(sensed_at, state.sensed_at) == state.sensed_at) return false;
@@ -131,7 +131,7 @@ grpc::Status TeleoperationService::WatchTrace(grpc::ServerContext* context,
 grpc::Status TeleoperationService::WatchPatch(grpc::ServerContext* context,
                                               const v1::WatchPatchRequest* /*request*/,
                                               grpc::ServerWriter<v1::PatchUpdate>* writer) {
-  std::uint32_t epoch = 0, revision = 0, settings = 0;  // as the reader knows them
+  std::uint32_t epoch = 0, revision = 0, settings = 0;  // as last sent to the reader
   return Watch(
       context, [] { return Clock::duration{}; }, nullptr, writer,
       [&](const SlaveState& state, v1::PatchUpdate* message) {
@@ -179,7 +179,7 @@ grpc::Status TeleoperationService::WatchImages(grpc::ServerContext* context,
                [&](const SlaveState& state, v1::ImageState* message) {
                  if (state.sensed_at == sensed_at) return false;
                  const auto image = Encoded(state.sensed_at, request->overlays(), quality);
-                 if (!image) return false;  // nothing seen yet
+                 if (!image) return false;  // no image yet
                  sensed_at = state.sensed_at;
                  ToProto(*image, state.sequence, message);
                  return true;

@@ -10,7 +10,7 @@ namespace {
 constexpr std::uint32_t kTargetStream =
     0x7461;  // separates the target's random numbers from others of the seed
 
-// The same everywhere, unlike std::uniform_real_distribution.
+// Returns the same numbers on every platform, unlike std::uniform_real_distribution.
 double Uniform(std::mt19937& random) {
   return (static_cast<double>(random()) + 0.5) / 4294967296.0;
 }

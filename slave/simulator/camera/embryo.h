@@ -12,7 +12,7 @@ namespace palpate::simulation {
 
 class Embryo {
  public:
-  // Parts of the embryo's radius within which targets lie: along the tool's way and across.
+  // Range of targets relative to the embryo's radius: along the tool's path and across.
   static constexpr double kTargetAlong = 0.45, kTargetAcross = 0.12;
 
   // `radius` [m]; `direction_O`: along which the tool points, unit.
@@ -28,7 +28,7 @@ class Embryo {
   [[nodiscard]] double Stiffening(double depth) const noexcept;
   // At which the membrane breaks in the insertion of this number, from 0 [m].
   [[nodiscard]] double PunctureDepth(int insertion) const noexcept;
-  // Where the pipette is to go, frame O [m].
+  // Target of the pipette, frame O [m].
   [[nodiscard]] const Eigen::Vector2d& target_O() const { return target_O_; }
   // Drag of the liquid on the tool that moves at `velocity` [m/s]: [N].
   [[nodiscard]] Eigen::Vector2d Drag(const Eigen::Vector2d& velocity) const noexcept {
@@ -41,8 +41,8 @@ class Embryo {
   Eigen::Vector2d target_O_{0, 0};
 };
 
-// The scene's embryo, in S as it really lies [m]. Throws like TrueBody; std::bad_optional_access
-// where the scene has none.
+// Returns the target of the scene's embryo at its true position, S [m]. Throws like TrueBody;
+// std::bad_optional_access if the scene has none.
 Eigen::Vector3d TargetOf(const Scene& scene);
 
 }  // namespace palpate::simulation

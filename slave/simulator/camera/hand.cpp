@@ -9,10 +9,11 @@
 namespace palpate::simulation {
 namespace {
 
-constexpr std::uint32_t kHandDraw = 0x6861;  // apart from what else the seed draws
-constexpr double kDrift = 2;                 // amplitude of the drift, in tremors
-constexpr double kFirstShare = 0.6;          // of the first sine; the rest is the second's
-// Shadow: half width in parts of the image's diagonal, and how far beside the image it begins.
+// Separates these random numbers from others of the seed.
+constexpr std::uint32_t kHandDraw = 0x6861;
+constexpr double kDrift = 2;         // amplitude of the drift, in tremors
+constexpr double kFirstShare = 0.6;  // of the first sine; the rest is the second's
+// Shadow: half width relative to the image's diagonal, and start distance beside the image.
 constexpr double kShadowWidth = 0.2, kShadowBeside = 1.1;
 // The exposure notices the shadow late and compensates a part of it.
 constexpr double kLag = 0.4, kCompensated = 0.5;  // [s], [-]
@@ -61,7 +62,7 @@ double Hand::Delay(double t) const noexcept {
 
 void Hand::Light(double t, cv::Mat* seen) const {
   const double diagonal = std::hypot(seen->cols, seen->rows);
-  // Way of the shadow's middle from the image's centre, in diagonals.
+  // Position of the shadow's centre relative to the image's centre, in diagonals.
   const auto passed = [this](double at) {
     const double share = at / shadow_period_ - std::floor(at / shadow_period_);
     return kShadowBeside * (2 * share - 1);

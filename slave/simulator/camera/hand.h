@@ -1,4 +1,4 @@
-// A person who holds the tool: how it tilts and shakes, and what this does to the light.
+// A simulated person who holds the tool: tilt and tremor of the tool, and the changes of light.
 #pragma once
 
 #include <array>

@@ -23,7 +23,7 @@ using Point = Eigen::Vector2d;
 constexpr int kArcPieces = 48;        // of a round tool's end
 constexpr double kSmallTriangle = 4;  // [px]; larger ones are drawn in four
 
-// In the plane `behind` z = 0 [m].
+// Maps the plane at a distance `behind` z = 0 [m] to the image.
 Eigen::Affine2d ImageOfBody(const Camera& camera, const Eigen::Isometry2d& X_SO,
                             double behind = 0) {
   const CameraView view =
@@ -70,8 +70,9 @@ std::optional<LensWarp> LensOf(const Scene& scene) {
   return LensWarp::Distorting(lens);
 }
 
-constexpr std::uint32_t kDebrisDraw = 0x6465;  // apart from what else the seed draws
-constexpr double kMinDefocus = 0.05;           // smaller ones are not painted [px]
+// Separates these random numbers from others of the seed.
+constexpr std::uint32_t kDebrisDraw = 0x6465;
+constexpr double kMinDefocus = 0.05;  // smaller ones are not painted [px]
 
 double Between(std::mt19937& random, double least, double most) {
   return least + (most - least) * static_cast<double>(random()) / 4294967296.0;
@@ -103,8 +104,7 @@ Painter::Painter(const Scene& scene, const TrueBody& body)
   if (scene.tool->IsNarrowerThan(ThicknessOf(scene.object.geometry))) PaintSides(scene);
 }
 
-// Paints the sides that the camera sees around the front face: those between the edges of front and
-// back, and the back itself. They keep their shape at rest.
+// Paints the visible sides around the front face, and the back. They keep their shape at rest.
 void Painter::PaintSides(const Scene& scene) {
   const Eigen::Affine2d X_IB = ImageOfBody(*scene.sense.Find<Camera>(), true_body_.X_SO(),
                                            ThicknessOf(scene.object.geometry));
@@ -166,7 +166,7 @@ void Painter::PaintBody(const Pose& pose) {
   if (pose.contact) {
     FillMesh(pose.contact->mesh, nodes);
   } else {
-    const Point rim(2 * pixel_, 2 * pixel_);  // reaches the rim pixels whose centres lie outside
+    const Point rim(2 * pixel_, 2 * pixel_);  // includes the rim pixels whose centres are outside
     const Point low = true_body_.lower_corner() - rim, high = true_body_.upper_corner() + rim;
     const auto on_speckle = [&](const Point& p_O) -> Point { return p_O / pixel_; };
     FillQuad(speckle_, {low, {high.x(), low.y()}, high, {low.x(), high.y()}}, X_IO_, on_speckle,
@@ -213,7 +213,7 @@ void Painter::FillMesh(const QuadraticMesh& mesh, const std::vector<Point>& at) 
   }
 }
 
-// A bar from the tip backwards, longer than any way out of the image.
+// Paints a bar from the tip backwards that is longer than the image.
 void Painter::PaintTool(const Pose& pose) {
   const double length =
       pixel_ * (2.0 * (size_.width + size_.height) + (X_IT_ * pose.p_O_tip).norm());
@@ -244,13 +244,12 @@ void Painter::PaintTool(const Pose& pose) {
     silhouette.insert(silhouette.begin(), arc.begin(), arc.end());
   }
   tool_ = Layer(WindowAround(silhouette, 1, size_), {silhouette}, kToolDark);
-  // Reaches the rim pixels whose centres lie outside.
+  // Includes the rim pixels whose centres are outside.
   FillQuad(marks_, bar(2 * pixel_), X_IT_, on_marks, &tool_);
 }
 
-// Where tool and body share a pixel they lie side by side, not one behind the other: their parts of
-// the pixel add up, and the tool wins where they do not fit. The front face of a thick body hides
-// the tool.
+// If tool and body share a pixel, they are side by side: their shares add up, and the tool has
+// priority if the sum exceeds one. The front face of a thick body hides the tool.
 cv::Mat Painter::Join(const Layer& tool) const {
   const cv::Mat alpha = body_.alpha(tool.window), grey = body_.grey(tool.window);
   if (!ground_.empty()) {

@@ -28,9 +28,9 @@ namespace palpate::simulation {
 // drifts in the liquid, and a varying focus.
 class Microscope {
  public:
-  static constexpr double kWall = 9e-6;                     // of the capillary [m]
-  static constexpr float kGlass = 0.62F;                    // light that its wall lets through
-  static constexpr double kFocusPeriod = 97;                // [images]
+  static constexpr double kWall = 9e-6;       // of the capillary [m]
+  static constexpr float kGlass = 0.62F;      // share of the light that the wall transmits
+  static constexpr double kFocusPeriod = 97;  // [images]
   static constexpr double kSlowest = 0.05, kFastest = 0.5;  // of debris [px per image]
 
   // `X_IO`: O [m] -> image [px]. The capillary grips the arc that the scene fixes, if it does.
@@ -45,7 +45,7 @@ class Microscope {
   struct Particle {
     Eigen::Vector2d p_I, v_I;  // [px], [px per image]
     double radius = 0;         // [px]
-    float light = 1;           // that it lets through in its middle
+    float light = 1;           // share of the light that it transmits at its centre
   };
 
   void PaintCapillary(const FixedArc& arc, double radius, const Eigen::Affine2d& X_IO);
@@ -54,7 +54,7 @@ class Microscope {
 
   cv::Size size_;
   double defocus_;
-  cv::Mat glass_;  // CV_32F, light that is let through
+  cv::Mat glass_;  // CV_32F, transmitted share of the light
   std::vector<Particle> debris_;
   std::uint64_t images_ = 0;
 };
@@ -116,9 +116,9 @@ class Painter {
   std::optional<Hand> hand_;
 
   Layer body_, tool_;
-  cv::Mat ground_;      // CV_32F: what is behind the front face of a thick body; empty: kGround
+  cv::Mat ground_;      // CV_32F: background of the front face of a thick body; empty: kGround
   cv::Mat body_alone_;  // CV_32F: the image without the tool
-  Pose painted_;        // what body_ shows
+  Pose painted_;        // the pose that body_ shows
   std::optional<Microscope> microscope_;
   std::optional<LensWarp> lens_;
 };

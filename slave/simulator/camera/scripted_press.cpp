@@ -9,7 +9,7 @@
 namespace palpate {
 namespace {
 
-// Way from home to the true surface, straight ahead [m].
+// Returns the distance from home to the true surface, straight ahead [m].
 double GapAhead(const Scene& scene, const Eigen::Vector2d& direction_S) {
   const simulation::TrueBody body(scene);
   const Eigen::Vector2d home_O =

@@ -26,12 +26,13 @@ namespace {
 
 using simulation::BoundaryPlace;
 
-constexpr double kAhead = 0.1;      // solve when the tip is this near, in parts of the larger side
-constexpr double kGoesAhead = 0.7;  // cosine to where it points
-constexpr double kMaxDistance = 1e6;  // tips farther away are ignored, by the larger side
-constexpr int kStepsPerImage = 16;    // of a script: the tool's path is followed, not jumped
-constexpr int kSteps = 100;           // of a search for the place where a round end will touch
-constexpr double kTouches = 1e-6;     // distance that ends it, in radii
+// Distance at which a solution is started in advance, relative to the larger side.
+constexpr double kAhead = 0.1;
+constexpr double kGoesAhead = 0.7;    // smallest cosine between motion and pointing direction
+constexpr double kMaxDistance = 1e6;  // tips farther away are ignored; relative to the larger side
+constexpr int kStepsPerImage = 16;    // steps of a scripted tool between two images
+constexpr int kSteps = 100;        // steps of a search for the place where a round end will touch
+constexpr double kTouches = 1e-6;  // distance at which the search ends, in radii
 
 // See SiteOptions.
 double LampLight(double span, Time now) {
@@ -46,7 +47,7 @@ cv::Mat Shifted(const cv::Mat& image, const Eigen::Vector2d& shift) {
   return shifted;
 }
 
-// Force of the tool on the body, parts of E t [m].
+// Returns the force of the tool on the body divided by E t [m].
 Eigen::Vector2d ForceOf(const simulation::Pose& pose) {
   if (pose.contact->round) {
     return Touched(*pose.contact->round, pose.displacement_O, pose.turn).total();
@@ -95,24 +96,24 @@ struct SimulatedSite::State {
   [[nodiscard]] double Now() const {
     return scripted_t ? *scripted_t : SecondsBetween(begin, Clock::now());
   }
-  // On the body where it rests.
+  // Returns the position relative to the body at rest.
   [[nodiscard]] Eigen::Vector2d ToBody(const Eigen::Vector3d& p_S) const {
     return body.X_SO().inverse() * Eigen::Vector2d(p_S.head<2>());
   }
-  // How far the body is from there now, S [m].
+  // Returns the present displacement of the body, S [m].
   [[nodiscard]] Eigen::Vector3d Moved() const {
     if (motion.amplitude.isZero(0)) return Eigen::Vector3d::Zero();
     const double share = std::sin(2 * std::numbers::pi * Now() / motion.period);
     return {share * motion.amplitude.x(), share * motion.amplitude.y(), 0};
   }
-  // Where the tool will touch within `reach` if it goes on along `way_O`, a direction; else the
-  // nearest place.
+  // Returns where the tool will touch within `reach` if it continues along the direction `way_O`;
+  // else the nearest place.
   [[nodiscard]] BoundaryPlace ExpectedPlace(const simulation::Pose& tool_at, double reach,
                                             const Eigen::Vector2d& way_O) const;
   [[nodiscard]] Eigen::Vector2d DirectionOf(const simulation::Pose& tool_at) const {
     return Eigen::Rotation2Dd(tool_at.tilt) * direction_O;
   }
-  // Of a round end; the tip of a flat one.
+  // Returns the centre of a round end; the tip of a flat one.
   [[nodiscard]] Eigen::Vector2d CentreOf(const simulation::Pose& tool_at) const {
     return tool_at.p_O_tip - radius * DirectionOf(tool_at);
   }
@@ -135,7 +136,7 @@ struct SimulatedSite::State {
   simulation::SolutionsAhead ahead;
   simulation::Painter painter;  // TakeImage's thread only
   const CameraView view;
-  const ImageFilter straightening;  // as every source does it; empty: no lens
+  const ImageFilter straightening;  // the undistortion of every source; empty: no lens
 
   std::optional<simulation::Embryo> embryo;
   std::optional<simulation::Hand> hand;
@@ -143,14 +144,14 @@ struct SimulatedSite::State {
   const SiteOptions::Motion motion;
   const Time begin = Clock::now();
 
-  std::mutex moving;                     // one mover at a time; guards what follows
+  std::mutex moving;                     // only one thread moves the tool; guards the members below
   std::optional<double> scripted_t;      // [s]
-  std::optional<BoundaryPlace> touched;  // where the contact began
+  std::optional<BoundaryPlace> touched;  // place where the contact began
   double tilt_at_touch = 0;              // [rad]
-  bool was_outside = false;              // the tool, since it started
-  int insertion = 0;                     // number of the one that is or comes next
+  bool was_outside = false;              // whether the tool was outside the body since the start
+  int insertion = 0;                     // number of the present or next insertion
 
-  std::mutex mutex;  // guards what others read
+  std::mutex mutex;  // guards the members that other threads read
   Eigen::Vector3d p_S_tip;
   simulation::Pose pose;
   double depth = 0;
@@ -164,8 +165,8 @@ bool SimulatedSite::State::Breaks(double next_depth) const {
   return embryo && next_depth > embryo->PunctureDepth(insertion);
 }
 
-// A round end touches as soon as its centre is as near as its radius: step by step as far as it
-// surely touches nothing.
+// A round end touches when the distance of its centre equals its radius. The search advances by
+// steps that are certainly free of contact.
 BoundaryPlace SimulatedSite::State::ExpectedPlace(const simulation::Pose& tool_at, double reach,
                                                   const Eigen::Vector2d& way_O) const {
   if (radius == 0) {
@@ -185,7 +186,7 @@ BoundaryPlace SimulatedSite::State::ExpectedPlace(const simulation::Pose& tool_a
   return body.Nearest(from);
 }
 
-// Whether some of the tool's end is where the body rests.
+// Returns whether a part of the tool's end is inside of the body at rest.
 bool SimulatedSite::State::IsInside(const simulation::Pose& next) const {
   const Eigen::Vector2d centre = CentreOf(next);
   if (body.Contains(centre)) return true;
@@ -196,14 +197,14 @@ bool SimulatedSite::State::IsInside(const simulation::Pose& next) const {
          body.Contains(centre - tool.width / 2 * across);
 }
 
-// The contact ends where the tool leaves the plane in which it began; a flat face that tilts leaves
-// with its last corner.
+// The contact ends when the tool leaves the plane in which it began; a tilted flat face leaves with
+// its last corner.
 bool SimulatedSite::State::HasLeft(const simulation::Pose& next) const {
   const double height = (CentreOf(next) - touched->p_O).dot(touched->normal_O) - radius;
   return height > 0 && !(hand && radius == 0 && IsInside(next));
 }
 
-// Displacement and turn of the contact, as Touched has them.
+// Sets displacement and rotation of the contact, in the same convention as Touched.
 void SimulatedSite::State::Displace(simulation::Pose* next) const {
   const Eigen::Vector2d& n = touched->normal_O;
   const Eigen::Vector2d along(-n.y(), n.x());
@@ -212,7 +213,7 @@ void SimulatedSite::State::Displace(simulation::Pose* next) const {
   next->displacement_O -= radius * std::sin(next->turn) * along;
 }
 
-// Out of contact so far, on the way from `from`.
+// Called while out of contact, for a motion from `from`.
 void SimulatedSite::State::Begin(const Eigen::Vector2d& from, simulation::Pose* next) {
   const Eigen::Vector2d& to = next->p_O_tip;
   next->contact = nullptr;
@@ -232,7 +233,7 @@ void SimulatedSite::State::Begin(const Eigen::Vector2d& from, simulation::Pose* 
     }
   } else if (const auto near = body.Nearest(to);
              (near.p_O - to).norm() < kAhead * body.larger_side()) {
-    // On along the way it goes, if it goes ahead at all.
+    // Continues in the direction of motion, if the tool moves forward.
     const Eigen::Vector2d way = (to - from).stableNormalized();
     const bool goes_ahead = way.dot(direction_O) > kGoesAhead;
     ahead.Expect(
@@ -256,7 +257,7 @@ void SimulatedSite::State::Move(const Eigen::Vector3d& p_S) {
   if (touched) Displace(&next);
   double next_depth = touched ? std::max(0.0, -next.displacement_O.dot(touched->normal_O)) : 0;
   if (through || Breaks(next_depth)) {
-    through = true;  // the membrane springs back at once, the tool is inside
+    through = true;  // the membrane returns at once, with the tool inside
     next.contact = nullptr;
     next.displacement_O.setZero();
     next_depth = 0;

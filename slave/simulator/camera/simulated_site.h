@@ -1,5 +1,6 @@
-// The simulated environment of one camera: an independent and finer solution of the contact,
-// visible only through camera images. Its true force is for reports, never for an estimator.
+// The simulated environment of one camera: an independent and finer solution of the contact, which
+// the slave observes only through camera images. Its true force is for reports, never for an
+// estimator.
 #pragma once
 
 #include <memory>
@@ -13,13 +14,13 @@
 
 namespace palpate {
 
-// The contact is a rigid flat or round tool, bonded to the boundary (round: where it touches),
-// centred where the tool's path first entered the body, until the tip leaves through the surface
-// there. Linear elasticity (slave/reference/planar/plane_elasticity.h), also for large
-// indentations; the stiffness is within 1e-3 of the continuum's. An embryo (`site.embryo`) also
-// stiffens and is punctured (slave/simulator/camera/embryo.h): from then on it is at rest, with the
-// tool inside, until the tool has left; the next insertion is into another one. A moving body
-// carries its contact along; in its images everything but the tool moves with it.
+// The contact is a rigid flat or round tool that is bonded to the boundary (a round one where it
+// touches). Its centre is where the tool's path first entered the body. It lasts until the tip
+// leaves through the surface there. Linear elasticity (slave/reference/planar/plane_elasticity.h),
+// also for large indentations; the stiffness is within 1e-3 of the continuum's. An embryo
+// (`site.embryo`) also stiffens and is punctured (slave/simulator/camera/embryo.h): afterwards it
+// is at rest, with the tool inside, until the tool has left; the next insertion is into another
+// embryo. A moving body moves its contact; in its images everything except the tool moves with it.
 class SimulatedSite final : public SimulatedEnvironment {
  public:
   // Builds the simulation and solves the contact straight ahead of manipulator.home (under 0.2 s).

@@ -13,8 +13,8 @@ namespace {
 // Places closer than this part of the larger side share a solution (0.02 mm on the 88 mm block):
 // there the stiffness changes by less than 1e-4.
 constexpr double kRaster = 0.02 / 88;
-// The same of solids, whose solutions take seconds, by the tool's width: there the stiffness
-// changes by less than 5e-3 beside a corner.
+// The same for solids, whose solutions take seconds, relative to the tool's width: the stiffness
+// beside a corner changes by less than 5e-3.
 constexpr double kSolidRaster = 1.0 / 16;
 constexpr std::size_t kMaxKept = 8;
 
@@ -55,7 +55,7 @@ std::shared_ptr<const PatchSolution> SolutionsAhead::Contact::Solve() const noex
             ? SolveUnderRound(of.body_, of.poisson_ratio_, of.plane_, place, of.tool_)
             : SolvePatch(of.body_, of.poisson_ratio_, of.plane_, place, of.tool_.width));
   } catch (const std::exception&) {
-    return nullptr;  // kept as such, so that nobody waits for it again
+    return nullptr;  // the failure is stored, so that no caller waits again
   }
 }
 

@@ -13,10 +13,9 @@ namespace palpate::simulation {
 // for the expected contact point, so that the start of contact costs nothing.
 class SolutionsAhead {
  public:
-  // `body` must outlive this. `tilts`: the tool may be turned, so its contact changes like that of
-  // a round one.
-  // A tool that reaches through a part of `thickness` [m] presses a solid block, any other one a
-  // plane body.
+  // `body` must outlive this. `tilts`: the tool may be rotated, so its contact changes like that of
+  // a round one. A tool that reaches through a part of `thickness` [m] presses a solid block, any
+  // other one a plane body.
   SolutionsAhead(const TrueBody& body, double poisson_ratio, Plane plane, const Tool& tool,
                  bool tilts, double thickness);
 

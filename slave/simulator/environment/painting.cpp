@@ -18,7 +18,8 @@ constexpr double kOne = 65536;  // 16.16 fixed point
 
 // White noise, smoothed across the seam, with mean 0 and standard deviation 1.
 cv::Mat SmoothNoise(std::uint32_t seed, double grain) {
-  // Neighbouring seeds of cv::RNG itself resemble each other.
+  // A better generator makes the seed, because cv::RNG yields similar numbers for neighbouring
+  // seeds.
   cv::RNG random{std::mt19937_64{seed}()};
   cv::Mat noise(Texture::kSize, Texture::kSize, CV_32F);
   random.fill(noise, cv::RNG::NORMAL, 0, 1);
@@ -45,10 +46,11 @@ std::uint32_t StepToFixed(double texels) {
       static_cast<std::int64_t>(std::clamp(texels, -1e4, 1e4) * kOne));
 }
 
-constexpr int kNoiseMargin = 256;        // of places where an image's noise may begin [px]
+constexpr int kNoiseMargin = 256;        // range of random offsets of an image's noise [px]
 constexpr double kFlickerPeriod = 41.3;  // [images]
 
-// Brightest at the upper left, `fall` darker at the lower right.
+// Returns a light field that is brightest at the upper left and darker by `fall` at the lower
+// right.
 cv::Mat Light(const cv::Size& size, double fall) {
   cv::Mat light(size, CV_32F);
   for (int y = 0; y < size.height; ++y) {
@@ -190,7 +192,7 @@ void Coverage::AddRowPiece(int row, double x0, double y0, double x1, double y1) 
   const double width = size_.width, dy = y1 - y0;
   const double left = std::min(x0, x1), right = std::max(x0, x1);
   const auto add = [&](int pixel, double cover, double middle) {
-    // `middle`: mean place of the piece within the pixel, 0 left to 1 right.
+    // `middle`: mean position of the piece within the pixel, 0 left to 1 right.
     change[pixel] += static_cast<float>(cover * (1 - middle));
     change[pixel + 1] += static_cast<float>(cover * middle);
   };

@@ -16,8 +16,8 @@
 
 namespace palpate::simulation {
 
-// Speckle that repeats without a seam, and triangles filled with it: what makes a painted body move
-// visibly with its material.
+// A seamless speckle texture and triangles filled with it, which show the motion of a body's
+// material.
 class Texture {
  public:
   static constexpr int kSize = 512;  // texels along a side; a power of two
@@ -43,9 +43,9 @@ class Texture {
   cv::Mat texels_;  // CV_32F, kSize x kSize
 };
 
-// How much of each pixel of `window` closed polygons [px] cover, exactly: CV_32F, 0 to 1. The way
-// font rasterisers do it, with signed areas accumulated along rows: a straight edge is drawn where
-// it is, not to a raster. Pixel centres at integers; loops turning the other way are holes.
+// How much of each pixel of `window` closed polygons [px] cover, exactly: CV_32F, 0 to 1. The
+// method is that of font rasterisers, with signed areas accumulated along rows, so straight edges
+// have subpixel accuracy. Pixel centres at integers; loops turning the other way are holes.
 cv::Mat CoverageOf(const std::vector<std::vector<Eigen::Vector2d>>& polygons,
                    const cv::Rect& window);
 
@@ -54,8 +54,8 @@ cv::Rect WindowAround(const std::vector<Eigen::Vector2d>& polygon, int margin,
                       const cv::Size& size);
 
 // Optics and noise of a camera: blur, light that decreases across the image and flickers, noise,
-// rounding. One camera, or two that expose at the same times: the same light, separate noise. The
-// same sequence of calls gives the same images.
+// rounding. For one camera, or for two with the same exposure times: the light is the same, the
+// noise separate. The same sequence of calls gives the same images.
 class Exposure {
  public:
   Exposure(const SiteOptions& options, const std::array<int, 2>& size);
@@ -66,7 +66,7 @@ class Exposure {
   void Advance();
   // 8 bit grey of `seen` (CV_32F, the image's size; blurred).
   cv::Mat Expose(const cv::Mat& seen);
-  // How far blur reaches [px].
+  // Radius of the blur [px].
   [[nodiscard]] int reach() const { return reach_; }
 
  private:

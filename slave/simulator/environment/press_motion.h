@@ -10,13 +10,14 @@
 
 namespace palpate {
 
-// Part of the way gone after part `u` of the time, 0 to 1; the peak speed is 15/8 of the mean.
+// Returns the share of the distance after the share `u` of the time, 0 to 1; the peak speed is 15/8
+// of the mean.
 inline double MinimumJerk(double u) noexcept {
   return u * u * u * (10 + u * (-15 + 6 * u));
 }
 inline constexpr double kMinimumJerkPeak = 15.0 / 8.0;
 
-// Part of the time after which part `way` has been gone: the ramp rises, so halving finds it.
+// Returns the share of the time after the share `way` of the distance, by bisection.
 inline double InverseMinimumJerk(double way) noexcept {
   double low = 0, high = 1;
   for (int i = 0; i < 60; ++i) {

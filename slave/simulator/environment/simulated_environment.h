@@ -30,11 +30,11 @@ struct ScriptedRun {
   int presses = 1;      // contacts of fingertips
 };
 
-// Whether a tool waits until its contact is solved, or must not be delayed.
+// Behaviour for a contact that is not solved yet: the tool waits, or must not be delayed.
 enum class WhenUnsolved : std::uint8_t { kWait, kUseNearest };
 
-// A source of simulated samples. In real time there is one every 1 / rate seconds, and late ones
-// are skipped. With a script they come as fast as they are computed, with times from Time{}.
+// A source of simulated samples. In real time it returns one every 1 / rate seconds and skips late
+// ones. With a script it returns them as fast as they are computed, with times from Time{}.
 template <typename Source, typename Sample>
 class SimulatedSource final : public Source {
  public:
@@ -42,7 +42,7 @@ class SimulatedSource final : public Source {
   struct Script {
     double duration = 0;               // [s]
     std::function<void(double)> move;  // brings the tool to where it is at a time [s]
-    // How much later than on the raster a sample is taken, in parts of the period; empty: never.
+    // Delay of a sample after its nominal time, relative to the period; empty: none.
     std::function<double(double)> delay{};
   };
   // `take` makes the sample of this moment, without its number and time.
@@ -71,8 +71,8 @@ class SimulatedSource final : public Source {
     script_->move(t);
     return Time{} + Seconds(t);
   }
-  // The raster of samples is kept as long as less than a period was lost. Sleeps in short
-  // stretches: a slow source must not delay the end.
+  // The nominal times are kept if less than a period was lost. Sleeps in short stretches: a slow
+  // source must not delay the end.
   std::optional<Time> Wait(const std::stop_token& stop) {
     const Clock::duration period(Seconds(1 / rate_));
     const Time now = Clock::now();
@@ -93,14 +93,14 @@ class SimulatedSource final : public Source {
   std::uint64_t sequence_ = 0;
 };
 
-// Where the object of a scene really is, X_SO: its misplacement included.
+// Returns the true pose X_SO of a scene's object, including its misplacement.
 inline Eigen::Isometry3d TruePose(const Scene& scene) {
   Eigen::Isometry3d X_SO = scene.object.X_SO;
   X_SO.translation().head<2>() += scene.site.misplacement;
   return X_SO;
 }
 
-// Its truth is thread-safe.
+// truth() is thread-safe.
 class SimulatedEnvironment : public GroundTruth {
  public:
   // Moves the tool's tip here, S [m]. Thread-safe. Positions that are not finite are ignored. A

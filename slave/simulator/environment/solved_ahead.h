@@ -1,5 +1,5 @@
-// Solves contacts before they happen: a thread of its own takes the wanted one step by step
-// further, so that a tool only reads what is solved.
+// Solves contacts in advance: a separate thread advances the requested contact step by step, so
+// that a tool only reads finished solutions.
 #pragma once
 
 #include <algorithm>
@@ -26,7 +26,8 @@ struct ContactAhead {
 template <typename Contact>
 class SolvedAhead {
  public:
-  // Which contact the thread is to work on; nullptr: none. In the thread, with the lock held.
+  // Returns the contact for the thread to work on; nullptr: none. Called in the thread, with the
+  // lock held.
   using Choice = std::function<std::shared_ptr<Contact>()>;
 
   explicit SolvedAhead(Choice choice)
@@ -39,8 +40,8 @@ class SolvedAhead {
         }),
         thread_([this](const std::stop_token& stop) { Run(stop); }) {}
 
-  // Makes the contact for which `is_wanted` holds, or else that of `make`, the newest wish. A wish
-  // that was not begun is forgotten for it.
+  // Requests the contact for which `is_wanted` holds, or else a new one by `make`. It replaces a
+  // previous request that was not started yet.
   template <typename Condition, typename Make>
   std::shared_ptr<Contact> Want(const Condition& is_wanted, const Make& make) {
     const std::lock_guard lock(mutex_);
@@ -53,14 +54,14 @@ class SolvedAhead {
     changed_.notify_all();
     return contact;
   }
-  // WhenUnsolved::kWait: what `read` gives as soon as `is_enough`.
+  // For WhenUnsolved::kWait: returns the result of `read` as soon as `is_enough`.
   template <typename Condition, typename Read>
   auto Await(const Condition& is_enough, const Read& read) {
     std::unique_lock lock(mutex_);
     changed_.wait(lock, is_enough);
     return read();
   }
-  // WhenUnsolved::kUseNearest: what `read` gives now.
+  // For WhenUnsolved::kUseNearest: returns the present result of `read`.
   template <typename Read>
   auto Now(const Read& read) {
     const std::lock_guard lock(mutex_);
@@ -72,7 +73,7 @@ class SolvedAhead {
     const std::lock_guard lock(mutex_);
     return read(std::as_const(wishes_));
   }
-  // `edit` changes what the choice depends on.
+  // Runs `edit`, which changes the inputs of the choice.
   template <typename Edit>
   void Change(const Edit& edit) {
     const std::lock_guard lock(mutex_);
@@ -95,7 +96,7 @@ class SolvedAhead {
     }
   }
 
-  std::mutex mutex_;  // guards what follows, and the contacts
+  std::mutex mutex_;  // guards the members below, and the contacts
   std::condition_variable_any changed_;
   std::deque<std::shared_ptr<Contact>> wishes_;  // newest first
   std::size_t kept_ = 0;

@@ -9,22 +9,23 @@ namespace {
 using Eigen::Isometry3d;
 using Eigen::Vector3d;
 
-constexpr int kExitHalvings = 50;  // until a point is outside
+constexpr int kExitHalvings = 50;  // largest number of halvings until a point is outside
 
 Vector3d FromAxis(const RigidFinger& finger, const Vector3d& p_F) {
   return p_F - Vector3d(std::clamp(p_F.x(), -finger.length, 0.0), 0, 0);
 }
 
-constexpr int kThirds = 90;    // of an interval, until the deepest place is found
-constexpr int kHalvings = 60;  // until the surface is
+// Reductions of the interval by a third until the deepest place is found.
+constexpr int kThirds = 90;
+constexpr int kHalvings = 60;  // halvings until the surface is located
 
 double SenseOf(Finger::Motion motion) {
   if (motion == Finger::Motion::kAtRest) return 0;
   return motion == Finger::Motion::kHand ? 1 : -1;
 }
 
-// Where along the line p + t d the finger is entered; infinity: nowhere. The distance from a convex
-// body is convex along a line.
+// Returns the parameter at which the line p + t d enters the finger; infinity: it does not. The
+// distance from a convex body is convex along a line.
 double Entry(const RigidFinger& finger, const Vector3d& p_F, const Vector3d& d_F) {
   const auto distance = [&](double t) { return finger.Distance(p_F + t * d_F); };
   double low = -(p_F.norm() + finger.radius + finger.length), high = -low;
@@ -56,12 +57,12 @@ Vector3d RigidFinger::Normal(const Vector3d& p_F) const noexcept {
   const Vector3d outward = FromAxis(*this, p_F);
   const double length_out = outward.norm();
   if (length_out > 0) return outward / length_out;
-  return {0, 0, -1};  // on the axis the pad is as good a way out as any
+  return {0, 0, -1};  // on the axis any direction is possible; this is towards the pad
 }
 
 Vector3d RigidFinger::PushOut(const Vector3d& p_F, const Vector3d& direction_F) const noexcept {
   if (direction_F.isZero(0)) return p_F - Distance(p_F) * Normal(p_F);
-  // The finger is convex: along the line it is left once.
+  // The finger is convex, so the line leaves it once.
   double inside = 0, outside = 2 * radius + length;
   for (int i = 0; i < kExitHalvings; ++i) {
     const double middle = 0.5 * (inside + outside);
@@ -92,7 +93,7 @@ double FingerHand::FirstTouch(std::size_t f, const Vector3d& lateral_O,
   const Vector3d d_F = -fingers[f].sense * (X_FO.linear() * approach_O);
   for (const Vector3d& p_O : nodes_O) {
     const Vector3d p_F = X_FO * p_O;
-    // Farther from the line than the finger is large: no need to look.
+    // A point farther from the line than the finger's size cannot be hit.
     const Vector3d beside = p_F - p_F.dot(d_F) * d_F;
     if (beside.norm() > shape.radius + shape.length) continue;
     first = std::min(first, Entry(shape, p_F, d_F));

@@ -32,7 +32,7 @@ struct RigidFinger {
 struct FingerHand {
   struct OneFinger {
     Eigen::Isometry3d X_OF_home = Eigen::Isometry3d::Identity();
-    double sense = 1;  // it moves by sense h_O: 1 along, -1 opposite, 0 not at all
+    double sense = 1;  // the finger moves by sense h_O: 1 in the same direction, -1 opposite, 0 not
   };
   std::vector<OneFinger> fingers;
   RigidFinger shape;
@@ -43,8 +43,8 @@ struct FingerHand {
   // All fingers after motion by `s` along the approach, with the offset `lateral_O`.
   [[nodiscard]] std::vector<FingerPlacement> Placements(const Eigen::Vector3d& lateral_O,
                                                         double s) const;
-  // The way along the approach at which finger `f` meets the first of `nodes_O`; infinity: it meets
-  // none. O(N).
+  // Returns the distance along the approach at which finger `f` touches the first of `nodes_O`;
+  // infinity: it touches none. O(N).
   [[nodiscard]] double FirstTouch(std::size_t f, const Eigen::Vector3d& lateral_O,
                                   const std::vector<Eigen::Vector3d>& nodes_O) const;
 };

@@ -11,8 +11,8 @@ namespace {
 
 using Eigen::Vector3d;
 
-// Slope at the middle one of three points, zero at an extremum (Fritsch and Carlson's harmonic
-// mean, which keeps the cubic monotone).
+// Returns the slope at the central one of three points, zero at an extremum (Fritsch and Carlson's
+// harmonic mean, which keeps the cubic monotone).
 double MonotoneSlope(double before, double h_before, double after, double h_after) {
   if (!(before * after > 0)) return 0;
   const double w1 = 2 * h_after + h_before, w2 = h_after + 2 * h_before;
@@ -21,7 +21,7 @@ double MonotoneSlope(double before, double h_before, double after, double h_afte
 
 struct Bracket {
   std::size_t below = 0;  // depth steps below and below + 1
-  double part = 0;        // of the way between them
+  double part = 0;        // position between them, 0 to 1
 };
 
 Bracket Around(const DepthSteps& depth_steps, double s) {
@@ -60,7 +60,7 @@ class ForceCurve {
   }
   [[nodiscard]] double Chord(std::size_t i) const { return (F(i + 1) - F(i)) / Step(i); }
   [[nodiscard]] double Slope(std::size_t i) const {
-    if (i == 0) return 0;  // the first touch is soft
+    if (i == 0) return 0;  // the stiffness at the first contact is zero
     if (i + 1 == depth_steps_.size()) return Chord(i - 1);
     return MonotoneSlope(Chord(i - 1), Step(i - 1), Chord(i), Step(i));
   }
@@ -70,14 +70,14 @@ class ForceCurve {
 };
 
 constexpr std::size_t kMaxKept = 8;  // series
-// Depth steps beyond the first touch, in finger radii: force grows there like depth^1.5, so they
-// begin near each other; then one every kEvery.
+// Depth steps beyond the first touch, in finger radii: at first they are close, because the force
+// grows as depth^1.5; then one every kEvery.
 constexpr std::array kFirstDepthSteps{0.02, 0.05, 0.09, 0.14, 0.20, 0.28, 0.38, 0.50};
 constexpr double kEvery = 0.14;    // radii
 constexpr int kMaxHalvings = 4;    // of a step that finds no equilibrium
-constexpr double kSameWay = 1e-6;  // radii: depth steps nearer than this are one
+constexpr double kSameWay = 1e-6;  // depth steps closer than this are one [radii]
 
-// Two unit vectors across `axis`.
+// Returns two unit vectors normal to `axis`.
 std::array<Vector3d, 2> Across(const Vector3d& axis) {
   const Vector3d first = axis.unitOrthogonal();
   return {first, axis.cross(first)};
@@ -137,13 +137,13 @@ LoadPathCache::Key LoadPathCache::KeyOf(const Vector3d& h_O) const {
   return {multiple(beside_O_[0]), multiple(beside_O_[1])};
 }
 
-// Every finger's first touch is a depth step of its own: forces have a kink there.
+// Adds a depth step at every finger's first contact, where the force curve has a kink.
 std::vector<double> LoadPathCache::WaysOf(const Vector3d& lateral_O, const RestBody& body) const {
   const FingerHand& hand = object_.hand();
   std::vector<double> ways;
   for (std::size_t f = 0; f < hand.fingers.size(); ++f) {
     const double touch = hand.FirstTouch(f, lateral_O, body.touchable_O);
-    // A contact that an opposite finger made before home lies behind it.
+    // A contact of an opposite finger before home has already ended.
     const bool is_behind = hand.fingers[f].sense < 0 && touch < 0;
     if (std::isfinite(touch) && !is_behind) ways.push_back(touch);
   }
@@ -261,7 +261,7 @@ LoadPathCache::Step LoadPathCache::DepthSeries::Solve() noexcept {
 
 LoadPathCache::Step LoadPathCache::DepthSeries::SolveDepthStep() {
   const SiteMesh& mesh = solved.body->mesh;
-  const std::size_t depth_step = solved.depth_steps->size();  // this thread alone changes them
+  const std::size_t depth_step = solved.depth_steps->size();  // only this thread changes them
   auto grown = std::make_shared<LoadStep>();
   grown->s = ways[depth_step];
   if (depth_step == 0) {

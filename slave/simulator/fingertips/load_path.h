@@ -17,7 +17,7 @@
 
 namespace palpate::simulation {
 
-// One step of a series. Immutable once made.
+// One step of a series. Immutable after construction.
 struct LoadStep {
   double s = 0;  // motion along the approach [m]
   std::array<FingerTouch, kMaxFingers> touches{};
@@ -43,7 +43,7 @@ void DisplacementsAt(const DepthSteps& depth_steps, double s,
 struct SolvedPress {
   std::shared_ptr<const RestBody> body;
   std::shared_ptr<const DepthSteps> depth_steps = std::make_shared<DepthSteps>();
-  double s = 0;        // way in `depth_steps` [m]
+  double s = 0;        // distance along the approach [m]
   bool solved = true;  // false: steps of another position or depth, because this one is not solved
 };
 
@@ -69,13 +69,13 @@ class LoadPathCache {
   // Returns the steps at `key` up to depth `s` [m] or more. It waits for them, about a third of a
   // second per millimetre. The steps end earlier where no equilibrium was found.
   SolvedPress Await(const Key& key, double s);
-  // As Await without waiting. An unsolved position gets the steps of the nearest solved one at the
-  // same depth beyond the first contact, else those of the deepest one.
+  // As Await without waiting. For an unsolved position it returns the steps of the nearest solved
+  // one at the same depth beyond the first contact, else those of the deepest one.
   SolvedPress Find(const Key& key, double s);
 
  private:
-  // A series gets its body and ways first, then depth steps; neither: the body takes no deeper
-  // press.
+  // The first step of a series determines body and distances, the others add depth steps; neither:
+  // the body cannot be pressed deeper.
   struct Step {
     std::shared_ptr<const RestBody> body;
     std::vector<double> ways;
@@ -87,15 +87,15 @@ class LoadPathCache {
     void Add(const Step& step);
     [[nodiscard]] Step SolveDepthStep();
     bool Press(double from, double to, int halvings);
-    // One depth step more than `s` lies below: the cubics use it, and answers must not depend on
-    // how far the thread has come.
+    // Returns whether one depth step beyond `s` is solved: the cubics use it, and answers must not
+    // depend on the progress of the thread.
     [[nodiscard]] bool Reaches(double s) const;
     // Way beyond the first contact that is solved [m]; -1: none.
     [[nodiscard]] double depth() const;
     [[nodiscard]] SolvedPress At(double s, bool is_solved) const;
-    // Body and ways are known.
+    // Returns whether body and distances are known.
     [[nodiscard]] bool is_known() const { return solved.body != nullptr; }
-    // Way to the first contact [m]; infinity: there is none, or it is not known.
+    // Distance to the first contact [m]; infinity: there is none, or it is unknown.
     [[nodiscard]] double first() const;
 
     const LoadPathCache& of;
@@ -110,7 +110,7 @@ class LoadPathCache {
                                            const RestBody& body) const;
   std::shared_ptr<DepthSeries> Wanted(const Key& key);
   static double Distance(const DepthSeries& series, const Key& key);
-  // `wanted`, or else the nearest of `all_series` whose body is known.
+  // Returns `wanted`, or the nearest of `all_series` whose body is known.
   static const DepthSeries& Known(const DepthSeries& wanted,
                                   const std::deque<std::shared_ptr<DepthSeries>>& all_series);
 

@@ -18,15 +18,17 @@ using Eigen::Isometry3d;
 using Eigen::Vector3d;
 using Eigen::VectorXd;
 
-constexpr double kResidual = 1e-5;     // of the reactions
-constexpr double kRoughly = 1e-2;      // the same while it is still found who touches
-constexpr double kInPlace = 1e-12;     // of the body: bonded nodes nearer than this are there
-constexpr int kMaxSteps = 30;          // of Newton's method
-constexpr int kMaxHalvings = 10;       // of one of them
-constexpr double kLess = 1e-4;         // of a step's length by which it must lessen the residual
-constexpr double kPenetration = 2e-3;  // radii that count as touching, not as inside
-constexpr double kPull = 1e-3;         // of the largest reaction that counts as pulling
-constexpr int kMaxPasses = 12;         // of who touches and who does not
+constexpr double kResidual = 1e-5;  // of the reactions
+constexpr double kRoughly = 1e-2;   // the same while the touching nodes are still being determined
+// Relative to the body: bonded nodes closer than this have reached their goal.
+constexpr double kInPlace = 1e-12;
+constexpr int kMaxSteps = 30;     // of Newton's method
+constexpr int kMaxHalvings = 10;  // of one of them
+constexpr double kLess = 1e-4;    // smallest decrease of the residual relative to the step's length
+constexpr double kPenetration = 2e-3;  // penetration that still counts as touching [radii]
+// Pull relative to the largest reaction above which a node is released.
+constexpr double kPull = 1e-3;
+constexpr int kMaxPasses = 12;  // rounds of determining the touching nodes
 
 double LargerSide(const SiteMesh& mesh) {
   if (mesh.elements.empty()) throw std::invalid_argument("mesh: expected at least one element");
@@ -35,7 +37,7 @@ double LargerSide(const SiteMesh& mesh) {
   return (high - low).maxCoeff();
 }
 
-// Rising, each once.
+// Sorts the nodes and removes duplicates.
 void SortOut(std::vector<int>* nodes) {
   std::ranges::sort(*nodes);
   nodes->erase(std::ranges::unique(*nodes).begin(), nodes->end());
@@ -50,7 +52,8 @@ std::vector<int> NodesOf(const std::vector<std::array<int, 3>>& triangles) {
   return nodes;
 }
 
-// With nodes renumbered. The energy of each point is proportional to its modulus, hence its weight.
+// Returns the elements with renumbered nodes. The energy of each point is proportional to its
+// modulus, hence its weight.
 std::vector<PlacedElement> Placed(const SiteMesh& mesh, double unit, const std::vector<int>& number,
                                   const PressedBody::Modulus& modulus) {
   std::vector<PlacedElement> elements;
@@ -83,7 +86,7 @@ std::vector<std::vector<int>> NeighboursOf(const SiteMesh& mesh) {
   return neighbours;
 }
 
-// Nodes by their unknowns: those that can move in the order of their elimination, then the others.
+// Numbering of nodes: movable nodes in the order of elimination, then the others.
 struct Numbering {
   Numbering(const SiteMesh& mesh, const PressedBody::Held& held) : number(mesh.nodes.size()) {
     const auto stays = [&](int node) { return held[Index(node)] == std::array{true, true, true}; };
@@ -100,7 +103,7 @@ struct Numbering {
 struct Bond {
   int finger = -1;  // -1: free
   Vector3d p_F{0, 0, 0};
-  bool was_released = false;  // in this Press
+  bool was_released = false;  // during this press
 };
 
 }  // namespace
@@ -161,14 +164,15 @@ struct PressedBody::Solver {
   SparseLdlt<double> factor;
   RigidFinger finger;
   std::vector<int> touchable;
-  VectorXd scene_free, free;  // 0 for what the scene, or a finger too, holds, else 1
-  VectorXd goal;              // of what fingers hold
-  VectorXd x, forces;         // displacements, what holds them
-  std::vector<Bond> bonds;    // per node
+  // 0 for components that the scene (for `free` also a finger) fixes, else 1.
+  VectorXd scene_free, free;
+  VectorXd goal;            // prescribed displacements of nodes bonded to fingers
+  VectorXd x, forces;       // displacements and forces
+  std::vector<Bond> bonds;  // per node
   std::vector<FingerPlacement> placed;
 };
 
-// Bonded nodes go with their fingers.
+// Prescribes the motion of nodes that are bonded to fingers.
 void PressedBody::Solver::Fix(std::span<const FingerPlacement> fingers) {
   free = scene_free;
   for (const int node : touchable) {
@@ -233,7 +237,7 @@ bool PressedBody::Solver::Capture(std::span<const FingerPlacement> fingers) {
   return any;
 }
 
-// Bonds that pull are given up, once: one that came back stays.
+// Releases bonds that pull, each at most once; a bond that was restored remains.
 bool PressedBody::Solver::Release(std::span<const FingerPlacement> fingers) {
   double largest = 0;
   for (const int node : touchable) {

@@ -27,7 +27,7 @@ struct FingerPlacement {
 struct FingerTouch {
   bool touching = false;
   Eigen::Vector3d force_O{0, 0, 0};  // of the finger on the body [N]
-  Eigen::Vector3d p_F{0, 0, 0};      // middle of the pressure, on the finger's surface [m]
+  Eigen::Vector3d p_F{0, 0, 0};      // centre of pressure on the finger's surface [m]
   double radius = 0;                 // of the disc with a sphere's pressure that spreads as far [m]
   double depth = 0;                  // largest displacement of a touched node [m]
 };

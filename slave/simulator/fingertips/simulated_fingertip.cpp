@@ -13,11 +13,12 @@ namespace {
 
 using Eigen::Vector3d;
 
-constexpr double kLength = 16e-3;  // of the cylinder that the skin covers [m]
-// Upward normal above which the skin begins to be, and is wholly, bonded to the nail.
+constexpr double kLength = 16e-3;  // length of the cylinder covered by skin [m]
+// Upward component of the normal above which the skin is partly, and completely, bonded to the
+// nail.
 constexpr double kNailBegins = 0.1, kNail = 0.6;
-// Signal of the middle of the pad relative to that of its sides. Foam recording: the electrodes of
-// the sides rise two to ten times as much as those of the middle.
+// Signal of the pad's centre relative to that of its sides. Foam recording: the electrodes at the
+// sides rise two to ten times as much as those at the centre.
 constexpr double kPadBulge = 0.15;
 
 double FreedomAt(const Vector3d& n_F) {
@@ -79,10 +80,11 @@ using Field = std::array<double, SkinSurface::kCount>;
 // presses, force measured, 0 to 0.92 N, first 15 s) and to a recording of a fingertip pressed
 // against a plate ("plate": normal measured, force not). Counts are raw counts.
 
-// Noise and starts. Foam, the four fingers at rest: differences of neighbouring samples over
-// sqrt 2 are 0.7 to 1.2 counts for electrodes with rounding, 0.8 to 1.8 for pdc, 9 to 16 for pac0;
-// means over 0.5 s wander by 0.33 to 0.70 counts in 10 s, of which 0.19 is noise. The five fingers'
-// rest values: electrodes 3268 +- 150 over the layout, pdc 1863 to 2349, pac0 2014 to 2024.
+// Noise and rest values. Foam, the four fingers at rest: differences of neighbouring samples
+// divided by sqrt 2 are 0.7 to 1.2 counts for electrodes with rounding, 0.8 to 1.8 for pdc, 9 to 16
+// for pac0; means over 0.5 s wander by 0.33 to 0.70 counts in 10 s, of which 0.19 is noise. The
+// five fingers' rest values: electrodes 3268 +- 150 over the layout, pdc 1863 to 2349, pac0 2014 to
+// 2024.
 constexpr double kElectrodeNoise = 0.87, kPdcNoise = 1.2, kPacNoise = 11;  // [counts]
 constexpr double kElectrodeDrift = 0.15, kPdcDrift = 0.15;                 // [counts/sqrt(s)]
 constexpr double kElectrodeRest = 3270, kElectrodeSpread = 150;            // [counts]
@@ -95,31 +97,33 @@ constexpr double kLastCount = 4095;                 // 12 bits
 // to 26 counts/N in the mean. Plate, hard presses: falls to 720 counts on the pad and 1500 at the
 // side, rises to 205.
 constexpr double kCompliance = 12e-6;  // [m^2/N]
-constexpr double kReach = 2e-3;        // how far the skin spreads a point load [m]
-// Tangential force against normal force, how much each moves the skin. Foam: least squares over the
-// three presses give 60 to 280 counts/N of tangential force for the electrodes of the sides.
+constexpr double kReach = 2e-3;        // radius over which the skin spreads a point load [m]
+// Motion of the skin by tangential force relative to that by normal force. Foam: least squares over
+// the three presses give 60 to 280 counts/N of tangential force for the electrodes of the sides.
 constexpr double kShear = 1.5;
 constexpr double kMaxRadius = 0.03;  // of contacts; wider ones press on all of the skin [m]
 constexpr double kMaxForce = 100;    // [N]; more changes nothing
 
 // Counts are those of a voltage divider of fluid (conductance as its gap) and a fixed resistor:
 // kLastCount g / (g + kHalfGap), g in parts of the gap at rest. From rest values near 0.8 of full
-// scale. Current comes through the fluid around, so the bulge elsewhere counts with kPath.
+// scale. The current flows through the surrounding fluid, so the bulge at other positions
+// contributes with kPath.
 constexpr double kHalfGap = 0.26, kPath = 0.6;
 
 // Time. Foam, holds of 1.3 to 2.3 s: electrodes per force creep by 4 to 6 %, a tenth of their
 // change is left 0.4 s after release and half of that seconds later; pdc per force falls by 1 to
 // 1.5 %.
-constexpr double kMaxStep = 60;                 // more counts as this much [s]
+constexpr double kMaxStep = 60;                 // longer steps count as this [s]
 constexpr double kCreep = 0.1, kCreepTime = 2;  // [-], [s]
 constexpr double kRelaxation = 0.015;           // of the pressure [-]
-// Foam: pdc 144 to 150 counts/N; it trails pac0 by two samples, whose swing is -0.9 to -1.0 counts
-// per count/s of pdc at touch and release.
+// Foam: pdc has 144 to 150 counts/N and lags pac0 by two samples; pac0 changes by -0.9 to -1.0
+// counts per count/s of pdc at contact and release.
 constexpr double kPressure = 1800;                   // counts of pdc per mean bulge
 constexpr double kPdcTime = 0.015, kPacTime = 0.01;  // [s]
 constexpr double kPacGain = 1.0;                     // [counts s/count]
 
-// Part of a gap that is closed, hyperbolic: fluid never leaves it altogether. Below 0: widened.
+// Returns the closed share of a gap as a hyperbolic function, because fluid never leaves it
+// completely. Below 0: widened.
 double Closed(double strain) noexcept {
   return strain > 0 ? strain / (1 + strain) : strain;
 }
@@ -146,7 +150,7 @@ void Press(const SkinSurface& skin, const FingertipLoad& load, Field* strain) no
     const Vector3d r = skin.p_F[i] - load.p_F;
     const double x = 1 + r.squaredNorm() / width_squared;
     const double kernel = kCompliance / (width_squared * x * std::sqrt(x));
-    // Skin that is dragged along bunches up ahead of the contact and thins behind it.
+    // Dragged skin becomes thicker ahead of the contact and thinner behind it.
     (*strain)[i] = skin.freedom[i] * kernel * (normal - shear.dot(r));
   }
 }
@@ -170,7 +174,7 @@ struct SimulatedFingertip::Skin {
     }
   }
 
-  // The bulge that keeps the fluid's volume: what the closed gaps lose the bulging ones gain.
+  // Returns the bulge that conserves the fluid's volume between closed and bulging gaps.
   [[nodiscard]] double Bulge(double prompt, double slow) const noexcept {
     double lost = 0;
     for (std::size_t i = kElectrodeCount; i < SkinSurface::kCount; ++i) {
@@ -186,10 +190,10 @@ struct SimulatedFingertip::Skin {
   std::array<double, kElectrodeCount> rests{};
   double rest_pdc = 0, rest_pac = 0;
 
-  Field strain{}, crept{};  // now and trailing it, a standard linear solid at every point
+  Field strain{}, crept{};  // strain and delayed strain of a standard linear solid at every point
   double pressure = 0;      // of the fluid [counts of pdc]
-  double pdc = 0;           // as the sensor follows it
-  double trail = 0;         // of the pressure, whose rate is pac
+  double pdc = 0;           // static pressure, as the sensor measures it
+  double trail = 0;         // lagging pressure, whose rate is pac
   double pac = 0;
 
   std::mt19937 random;

@@ -48,9 +48,9 @@ struct SkinSurface {
   static constexpr std::size_t kCount = kElectrodeCount + (kCylinderRings + kSphereRings) * kAround;
   std::array<Eigen::Vector3d, kCount> p_F;  // [m]
   std::array<double, kCount> area{};        // [m^2]
-  // How free the skin is to move, 0 (bonded to the nail on the back) to 1.
+  // Mobility of the skin, 0 (bonded to the nail on the back) to 1.
   std::array<double, kCount> freedom{};
-  // How readily it bulges, 0 to 1: more at the sides than on the pad.
+  // Tendency to bulge, 0 to 1: more at the sides than on the pad.
   std::array<double, kCount> bulge{};
 };
 

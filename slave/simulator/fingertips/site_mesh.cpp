@@ -17,9 +17,9 @@ namespace {
 
 using Eigen::Vector3d;
 
-constexpr double kSame = 1e-3;  // edges: focuses nearer than this are one
+constexpr double kSame = 1e-3;  // focus points closer than this are one [edges]
 constexpr int kSamples = 400;   // of an integral along one axis
-// A cubic tetrahedron has the nodes of so many linear ones.
+// Number of linear tetrahedra with as many nodes as a cubic one.
 constexpr std::size_t kCubicShare = 16;
 
 double EdgeAt(double t, std::span<const double> focuses, const SiteResolution& resolution) {
@@ -29,8 +29,8 @@ double EdgeAt(double t, std::span<const double> focuses, const SiteResolution& r
          (resolution.edge + resolution.growth * std::max(nearest - resolution.fine_reach, 0.0));
 }
 
-// A stretch between two places that must be met, and how many cells its edges ask for up to each
-// of its samples.
+// An interval between two fixed positions, and the cumulative number of cells that the edge length
+// requires at its samples.
 struct Stretch {
   double from = 0, to = 0;
   std::array<double, kSamples + 1> asked{};
@@ -58,7 +58,8 @@ struct Stretch {
   }
 };
 
-// One cell each, and the others one by one where cells are largest for what is asked.
+// Gives each interval one cell, and the others one by one where cells are largest relative to the
+// required size.
 std::vector<int> ShareOut(const std::vector<Stretch>& stretches, int cells) {
   std::vector<int> shares(stretches.size(), 1);
   for (int left = cells - static_cast<int>(stretches.size()); left > 0; --left) {
@@ -72,7 +73,7 @@ std::vector<int> ShareOut(const std::vector<Stretch>& stretches, int cells) {
   return shares;
 }
 
-// Between the ends of hexahedra, in steps of their nodes.
+// Returns the position at `step`, counted in nodes, between the hexahedra's boundaries.
 double PlaceAt(const std::vector<double>& ends, double step) {
   const auto node = static_cast<std::size_t>(std::lround(step));
   const std::size_t end = node / kHexahedronDegree, beyond = node % kHexahedronDegree;
@@ -80,14 +81,15 @@ double PlaceAt(const std::vector<double>& ends, double step) {
   return ends[end] + static_cast<double>(beyond) / kHexahedronDegree * (ends[end + 1] - ends[end]);
 }
 
-// Nodes on the lattice of tetrahedra that share what they have in common: by how many steps of the
-// lattice they are a corner's.
+// Lattice nodes of tetrahedra, shared between neighbours. A node is identified by its numbers of
+// lattice steps towards each corner.
 class LatticeNodes {
  public:
   LatticeNodes(const std::vector<Vector3d>& corners, int degree)
       : corners_(corners), degree_(degree) {}
 
-  // At so many steps from corners.front() towards each of the others.
+  // Returns the node at these numbers of steps from corners.front() towards each of the other
+  // corners.
   int At(std::span<const int> corners, std::initializer_list<int> steps) {
     std::vector<std::pair<int, int>> shares{
         {corners[0], degree_ - std::accumulate(steps.begin(), steps.end(), 0)}};

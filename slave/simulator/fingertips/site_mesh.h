@@ -15,10 +15,10 @@
 
 namespace palpate {
 
-// How fine the true body's mesh is.
+// Resolution of the true body's mesh.
 struct SiteResolution {
   double edge = 1e-3;            // between the nodes of boxes, where fingers touch [m]
-  double fine_reach = 2e-3;      // as near so far from there [m]
+  double fine_reach = 2e-3;      // distance from the focus up to which this edge length is used [m]
   double growth = 0.6;           // of that per distance beyond [-]
   int max_hexahedra = 225;       // of a box; above them all edges are made longer
   std::size_t max_tets = 20000;  // mesh files are refined, at most twice, within this
@@ -35,9 +35,9 @@ struct SiteMesh {
   std::vector<std::array<int, 3>> triangles{};  // between the nodes of the surface, outward
 };
 
-// Ends of hexahedra from 0 to `length`, spaced as `resolution` requires around `focuses`. They
-// include those focuses that lie inside, and `others`. `hexahedra`: exactly this number, 0: as many
-// as needed. Fewer than the required ends: as many as those.
+// Returns ends of hexahedra from 0 to `length`, spaced as `resolution` requires around `focuses`.
+// They include the focuses that are inside, and `others`. `hexahedra`: exactly this number, 0: as
+// many as needed. If it is too small for the required ends, these ends alone.
 struct AxisGrading {
   double length = 0;  // [m], > 0
   std::vector<double> focuses, others;
@@ -51,8 +51,9 @@ constexpr int kHexahedronDegree = 2;
 
 // A mesh file's own tetrahedra. Throws std::invalid_argument: no volume, an unusable file.
 SolidMesh OwnMesh(const Geometry& geometry);
-// Cubic ones, where they are few; else linear ones, refined at most twice within `max_tets`. Large
-// files are not refined: of them the truth has the mesh that `fem` has, with another law.
+// Makes cubic elements if there are few, else linear ones, refined at most twice within `max_tets`.
+// Large files are not refined; then the simulator uses the same mesh as `fem`, with another
+// constitutive law.
 SiteMesh MeshTetrahedra(const SolidMesh& mesh, std::size_t max_tets);
 
 }  // namespace palpate::simulation

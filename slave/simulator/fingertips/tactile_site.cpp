@@ -23,14 +23,14 @@ using simulation::LoadPathCache;
 
 constexpr double kFriction = 1;        // of the skin on the object [-]
 constexpr double kMaxDistance = 1e6;   // positions farther from home are ignored [m]
-constexpr double kMinDepth = 0.01;     // least depth of the solved steps [m]
+constexpr double kMinDepth = 0.01;     // smallest depth of the solved steps [m]
 constexpr double kDepthReserve = 1.5;  // the same in multiples of operator.press.depth
-constexpr double kMaxOfBody = 0.6;     // limit of both, as part of the body's size
+constexpr double kMaxOfBody = 0.6;     // limit of both, relative to the body's size
 
-// Where the hand is and what it presses.
+// Position of the hand and its contacts.
 struct HandState {
   Vector3d h_O{0, 0, 0};  // displacement from home
-  double s = 0;           // its part along the approach [m]
+  double s = 0;           // component along the approach [m]
   bool pressing = false;
   Vector3d slip_O{0, 0, 0};       // tangential motion since the contact stuck [m]
   simulation::SolvedPress press;  // without depth steps while nothing touches
@@ -99,11 +99,11 @@ struct TactileSite::State {
   std::vector<SimulatedFingertip> fingertips;  // TakeSample's thread only
   std::uint64_t sequence = 0;                  // TakeSample's thread only
 
-  std::mutex moving;                 // one mover at a time; guards what follows
-  LoadPathCache::Key pressed{0, 0};  // series of the press that goes on
+  std::mutex moving;                 // only one thread moves the tool; guards the members below
+  LoadPathCache::Key pressed{0, 0};  // series of the present press
   Vector3d anchor_O{0, 0, 0};        // position across the approach at which it stuck
 
-  mutable std::mutex mutex;  // guards what others read
+  mutable std::mutex mutex;  // guards the members that other threads read
   HandState hand_now;
 
   LoadPathCache all_series;

@@ -35,11 +35,12 @@ class TactileSite final : public SimulatedEnvironment {
   explicit TactileSite(const Scene& scene, const SiteResolution& resolution = {});
   ~TactileSite() override;
 
-  // The manipulator moves the tip here, which is the apex of the first finger's pad, frame S [m].
-  // Thread-safe. WhenUnsolved::kWait: short, unless the contact is deeper than what is solved so
-  // far: then it waits (about a second per millimetre at worst). WhenUnsolved::kUseNearest, for an
-  // operator who must not be delayed: a contact that is not solved yet is that of the nearest
-  // solved position, and until it is solved truth().solved is false.
+  // The manipulator moves the tip, which is the apex of the first finger's pad, to this position,
+  // frame S [m]. Thread-safe. WhenUnsolved::kWait: returns at once, unless the contact is deeper
+  // than the solved depth: then it waits (at worst about a second per millimetre).
+  // WhenUnsolved::kUseNearest, for an operator who must not be delayed: an unsolved contact is
+  // replaced by that of the nearest solved position, and truth().solved is false until it is
+  // solved.
   void MoveTool(const Eigen::Vector3d& p_S_tip,
                 WhenUnsolved when_unsolved = WhenUnsolved::kWait) override;
   // Solves the scene's own contact to its full depth; takes as long as this solution.
@@ -74,8 +75,8 @@ class TactileSite final : public SimulatedEnvironment {
 //
 // Throws std::invalid_argument naming the key: nothing in front of the fingers.
 PressMotion ScriptedTouch(const TactileSite& site, const Scene& scene, int presses);
-// Its samples, as fast as they can be computed; sensed_at counts from Time{}. `site` of that scene
-// must outlive them.
+// Returns a source of its samples, as fast as they can be computed; sensed_at starts at Time{}.
+// `site` of that scene must outlive them.
 std::unique_ptr<TactileSource> Play(TactileSite& site, const Scene& scene,
                                     const PressMotion& motion);
 

@@ -75,7 +75,7 @@ void CheckObject(const Object& object) {
   }
 }
 
-// The surface before it is refined.
+// Returns the surface before refinement.
 SurfaceMesh PlainSurface(const Geometry& geometry) {
   if (const auto* box = std::get_if<BoxGeometry>(&geometry)) {
     return SurfaceOf(MeshBox(box->size, {1, 1, 1}));
@@ -96,7 +96,8 @@ Eigen::AlignedBox3d BoundsOf(const Region& region) {
   return {ball->centre - reach, ball->centre + reach};
 }
 
-// The surface ahead of `p_O`; if there is none, the one towards the middle of the object.
+// Returns the hit on the surface ahead of `p_O`, or if there is none, towards the centre of the
+// object.
 RayHit Ahead(const SurfaceMesh& surface, const Vector3d& p_O, const Vector3d& direction_O,
              Vector3d* place_O) {
   Vector3d d = direction_O;
@@ -205,7 +206,7 @@ void TrueObject::CheckHome() const {
   }
 }
 
-// Where each finger will touch.
+// Returns the expected contact position of each finger.
 std::vector<Vector3d> TrueObject::Focuses(const Vector3d& lateral_O) const {
   std::vector<Vector3d> focuses;
   for (std::size_t f = 0; f < hand_.fingers.size(); ++f) {

@@ -19,7 +19,7 @@
 
 namespace palpate::simulation {
 
-// Where straight lines cross a closed surface.
+// An intersection of a straight line with a closed surface.
 struct RayHit {
   double distance = 0;           // along the ray [m]
   Eigen::Vector3d n_O{0, 0, 0};  // outward unit normal of the triangle
@@ -29,7 +29,8 @@ struct RayHit {
 std::optional<RayHit> FirstHit(const SurfaceMesh& surface, const Eigen::Vector3d& p_O,
                                const Eigen::Vector3d& direction_O);
 
-// Whether a point lies inside a closed surface: any ray from it crosses an odd number of times.
+// Returns whether a point is inside a closed surface: any ray from it crosses the surface an odd
+// number of times.
 bool IsInside(const SurfaceMesh& surface, const Eigen::Vector3d& p_O);
 
 // The body at rest as one mesh. Frame O.
@@ -68,7 +69,7 @@ class TrueObject {
   SiteResolution resolution_;
   Eigen::Isometry3d X_SO_;
   FingerHand hand_;
-  SurfaceMesh plain_;               // as in the scene
+  SurfaceMesh plain_;               // the surface as in the scene
   std::array<int, 3> hexahedra_{};  // of a box; zero: not counted yet
   std::shared_ptr<const RestBody> file_body_;
 };

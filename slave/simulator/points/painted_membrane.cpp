@@ -19,10 +19,11 @@ using Eigen::Vector3d;
 
 constexpr int kRimCorners = 720;
 
-constexpr int kCorners = 32;      // of an outline
-constexpr double kNearby = 0.05;  // where the tilt is taken, in radii from a dot's middle
+constexpr int kCorners = 32;  // corners of a dot's outline
+// Distance from a dot's centre at which the tilt is evaluated, in radii.
+constexpr double kNearby = 0.05;
 
-constexpr int kCells = 72;  // across the membrane
+constexpr int kCells = 72;  // cells across the membrane
 constexpr double kTexelsPerGrain = 5;
 constexpr float kGrey = 120, kContrast = 90;
 
@@ -54,7 +55,7 @@ DottedMembrane::DottedMembrane(const MembraneView& view, const PrintedDots& dots
   exposure_.Blur(ground_);
 }
 
-// A polygon with the area of its disc: an inscribed one has less.
+// The polygon has the area of its disc, because an inscribed one would be smaller.
 bool DottedMembrane::Outline(const Vector2d& p_O, const Indentation& indentation,
                              std::vector<Vector2d>* outline) const {
   const double nearby = kNearby * dots_.radius, turn = 2 * std::numbers::pi / kCorners;
@@ -75,7 +76,8 @@ bool DottedMembrane::Outline(const Vector2d& p_O, const Indentation& indentation
   return true;
 }
 
-// Blur is linear, and dots do not overlap: blurred coverage is taken off the blurred ground.
+// Blur is linear, and dots do not overlap, so the blurred coverage is subtracted from the blurred
+// ground.
 const cv::Mat& DottedMembrane::Paint(const Indentation& indentation) {
   ground_.copyTo(seen_);
   std::vector<Vector2d> outline;

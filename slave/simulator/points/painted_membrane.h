@@ -46,10 +46,10 @@ class DottedMembrane {
   // `exposure` must outlive this.
   DottedMembrane(const MembraneView& view, const PrintedDots& dots, const Exposure& exposure);
   // The blurred image: CV_32F of the lens's size, valid until the next call. Dots are small stiff
-  // discs: each moves with the membrane's point at its middle, tilts with the surface there, and
+  // discs: each moves with the membrane's point at its centre, tilts with the surface there, and
   // covers its exact share of each pixel. (Ink that bends with the rubber would show the mean of
-  // the surface under it: under the middle of a tool as wide as the dots, 5 mm deep, 0.2 mm less
-  // than the point at the dot's middle, elsewhere hundredths.)
+  // the surface under it: 0.2 mm less than the point at the dot's centre below a tool as wide as
+  // the dots, 5 mm deep; elsewhere hundredths of a millimetre.)
   const cv::Mat& Paint(const Indentation& indentation);
 
  private:
@@ -71,7 +71,7 @@ class TexturedMembrane {
 
   // `exposure` must outlive this.
   TexturedMembrane(const MembraneView& view, std::uint32_t seed, const Exposure& exposure);
-  // Paints like DottedMembrane::Paint. The face consists of facets, which are finest in the middle
+  // Paints like DottedMembrane::Paint. The face consists of facets, which are finest halfway
   // between centre and rim.
   const cv::Mat& Paint(const Indentation& indentation);
 

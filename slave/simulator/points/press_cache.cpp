@@ -11,12 +11,13 @@
 namespace palpate::simulation {
 namespace {
 
-constexpr std::array kFirstDepthSteps{0.05, 0.1};  // in press depths, added to every fifth of one
+// In press depths; further steps are every fifth of one.
+constexpr std::array kFirstDepthSteps{0.05, 0.1};
 constexpr double kEvery = 0.2;
-constexpr double kLinear = 0.1;       // of the thickness: so far the first depth step may be
-constexpr double kSameRadius = 0.02;  // of the raster: radii nearer than this are one
-constexpr int kElsewhere = 7;         // elements across, where the tool is not at home
-constexpr int kNice = 5;              // of the thread that solves in advance
+constexpr double kLinear = 0.1;       // largest first depth step relative to the thickness
+constexpr double kSameRadius = 0.02;  // relative to the raster: radii closer than this are one
+constexpr int kElsewhere = 7;         // elements across the tool at positions other than home
+constexpr int kNice = 5;              // nice value of the thread that solves in advance
 
 std::vector<double> Depths(const PressCache::Plan& plan) {
   const double first = kLinear * plan.geometry.thickness;
@@ -33,7 +34,8 @@ std::vector<double> Depths(const PressCache::Plan& plan) {
   return depths;
 }
 
-// Every raster from the centre on as far as the tool keeps away from the rim, and home.
+// Returns the raster radii from the centre as far as the tool can go without touching the rim, and
+// the radius of home.
 std::vector<double> Radii(const PressCache::Plan& plan) {
   const double rim = plan.geometry.radius, raster = PressCache::kRaster * rim;
   const double farthest = std::max(0.0, std::min(PressCache::kMaxPlace * rim, rim - plan.width));
@@ -143,7 +145,8 @@ PressCache::Presses PressCache::Nearest(const Around& around, double radius, dou
   return presses;
 }
 
-// The two around the tool, the less deep one first; then, if requested, the others from there.
+// Returns the next series to extend: the two around the tool, the less deep one first; then, if
+// requested, the others outwards from there.
 std::shared_ptr<PressCache::DepthSeries> PressCache::Next() {
   // 0: the calling thread (setpriority(2), Linux).
   if (everywhere_ && !is_nice_) is_nice_ = setpriority(PRIO_PROCESS, 0, kNice) == 0;
@@ -162,14 +165,15 @@ std::shared_ptr<PressCache::DepthSeries> PressCache::Next() {
   return next;
 }
 
-// Two depth steps lie beyond the one above `depth`: ForceAt uses them, and answers must not depend
-// on how far the thread has come.
+// Returns whether two depth steps beyond `depth` are solved: ForceAt uses them, and answers must
+// not depend on the progress of the thread.
 bool PressCache::DepthSeries::Reaches(double depth) const {
   return complete || (press->depth_steps.size() > 3 &&
                       press->depth_steps[press->depth_steps.size() - 3]->depth >= depth);
 }
 
-// The press with one depth step more; the same one: the membrane takes no deeper press.
+// Returns the press with one more depth step, or the same one if the membrane cannot be pressed
+// deeper.
 PressCache::Press PressCache::DepthSeries::Solve() noexcept {
   try {
     if (missed && !announced) {

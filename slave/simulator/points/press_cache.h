@@ -1,8 +1,8 @@
-// Presses of a membrane at a raster of radii, solved before they happen: around the tool, and
-// everywhere else when asked to.
+// Presses of a membrane at a raster of radii, solved in advance: around the tool, and everywhere
+// else on request.
 //
-// At home's radius presses are solved on PressedMembrane's own mesh, elsewhere on one that takes
-// half the time and is good for 0.2 % of the force and 10 um of the field.
+// At the home radius presses are solved on the default mesh of PressedMembrane, elsewhere on one
+// that takes half the time and has errors of 0.2 % of the force and 10 um of the field.
 #pragma once
 
 #include <array>
@@ -25,12 +25,12 @@ class PressCache {
     double width = 0;  // of the tool [m]
     ToolFace face = ToolFace::kEven;
     double home_radius = 0;  // one of the radii at which contacts are solved [m]
-    double press_depth = 0;  // steps are a fifth of it apart, finer at first [m]
+    double press_depth = 0;  // the distance of depth steps is a fifth of it, at first smaller [m]
     double prestress = 0;    // tension at rest [N/m]
     MembraneResolution resolution;
   };
   static constexpr double kDeeper = 1.6;     // steps reach this number of press depths,
-  static constexpr double kDeepest = 0.5;    // but not deeper than this part of the radius
+  static constexpr double kDeepest = 0.5;    // largest depth relative to the radius
   static constexpr double kMaxPlace = 0.75;  // radii of contacts, relative to that of the membrane
   static constexpr double kRaster = 1.0 / 13;  // between them, the same
 
@@ -63,7 +63,7 @@ class PressCache {
     DepthSeries(const PressCache& cache, double at) : of(cache), radius(at) {}
     Press Solve() noexcept;
     void Add(Press deeper);
-    // With the lock held:
+    // These need the lock:
     [[nodiscard]] double depth() const {
       return press->depth_steps.empty() ? 0 : press->depth_steps.back()->depth;
     }
@@ -74,7 +74,7 @@ class PressCache {
     Press press = std::make_shared<MembranePress>();  // the part that is solved so far
     std::unique_ptr<PressedMembrane> membrane;        // while it grows; the thread's only
     std::atomic<bool> missed = false;  // a contact was requested here before it was solved
-    bool announced = false;            // that it is being solved; the thread's only
+    bool announced = false;  // its solution was announced in the log; used by the thread only
   };
   struct Around {
     std::size_t below = 0, above = 0;
@@ -85,14 +85,14 @@ class PressCache {
   [[nodiscard]] Around FindAround(double radius) const;
   [[nodiscard]] static Presses Between(const DepthSeries& below, const DepthSeries& above,
                                        double radius);
-  // With the lock held:
+  // These need the lock:
   [[nodiscard]] Presses Nearest(const Around& around, double radius, double depth) const;
   [[nodiscard]] std::shared_ptr<DepthSeries> Next();
 
   const Plan plan_;
   const std::vector<double> depths_;                      // of the depth steps beyond zero, rising
   std::vector<std::shared_ptr<DepthSeries>> all_series_;  // radii rising; which ones never changes
-  // With the lock held:
+  // These need the lock:
   double focus_;  // requested radius
   bool everywhere_ = false, is_nice_ = false;
   SolvedAhead<DepthSeries> solved_;  // last: its thread uses everything above

@@ -33,7 +33,7 @@ class Stage {
   Stage(const Stage&) = delete;
   Stage& operator=(const Stage&) = delete;
 
-  // As the methods of StereoSite.
+  // See the methods of StereoSite.
   virtual void MoveTool(const Vector3d& p_S_tip, WhenUnsolved when_unsolved) = 0;
   virtual void SolveEverywhere() {}
   [[nodiscard]] virtual Truth truth() const = 0;
@@ -41,7 +41,7 @@ class Stage {
   [[nodiscard]] virtual Vector3d TrueDisplacement(const Eigen::Vector2d& /*p_O*/) const {
     return Vector3d::Zero();
   }
-  // The world as it will be painted from here on, `seconds` after the first images.
+  // Sets the state that is painted from now on, `seconds` after the first images.
   virtual void Hold(double seconds) = 0;
   virtual const cv::Mat& Paint(std::size_t eye) = 0;
 };
@@ -143,7 +143,8 @@ class TargetStage final : public Stage {
   double pace_;
   cv::Mat seen_;  // CV_32F
 
-  mutable std::mutex mutex_;  // guards what others read; written by TakeImages's thread only
+  // Guards the members that other threads read; only the thread of TakeImages writes them.
+  mutable std::mutex mutex_;
   Truth truth_;
   TargetTruth now_;
 };
@@ -180,8 +181,8 @@ std::unique_ptr<Stage> MakeStage(const Scene& scene,
 
 constexpr double kTargetSeconds = 10;  // of a textured target's path without a duration
 constexpr int kRest = 15;              // pairs before the contact: the rest shape
-constexpr int kDwell = 6;              // pairs at each step on the way in; one on the way back
-constexpr double kStep = 0.5e-3;       // [m]
+constexpr int kDwell = 6;  // image pairs at each step during the approach; one during the retreat
+constexpr double kStep = 0.5e-3;                           // [m]
 constexpr double kFineBelow = 1e-3, kCoarseAbove = 50e-3;  // press depths with ten steps [m]
 
 std::vector<double> StepsTo(double depth) {
@@ -192,16 +193,16 @@ std::vector<double> StepsTo(double depth) {
   return depths;
 }
 
-// Straight below home, `depth` below the rest plane.
+// Returns the tip position straight below home, `depth` below the rest plane.
 Vector3d TipAt(const Scene& scene, double depth) {
   const Isometry3d X_SO = TruePose(scene);
   const Vector3d p_O_home = X_SO.inverse() * scene.manipulator.home;
   return X_SO * Vector3d(p_O_home.x(), p_O_home.y(), -depth);
 }
 
-// A press without an operator, where the tip is in each pair. It waits at manipulator.home, moves
-// straight down to the point below it, on in steps to operator.press.depth, back in the same steps,
-// and home.
+// Returns the tip position in each pair of a press without an operator. The tip waits at
+// manipulator.home, moves straight down to the surface and in steps to operator.press.depth, then
+// back in the same steps and home.
 std::vector<Vector3d> ScriptedTips(const Scene& scene) {
   const std::vector<double> depths = StepsTo(scene.operator_options.press_depth);
   std::vector<Vector3d> tips(kRest, scene.manipulator.home);

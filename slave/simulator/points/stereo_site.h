@@ -21,16 +21,17 @@ struct StereoImages {
   cv::Mat left, right;  // 8 bit grey
 };
 
-// What is simulated follows from the scene:
-// - a membrane, under a flat round tool of the scene's width, and under the tension at rest that
-//   the scene states to its model (`model.prestress`), for want of another: dark dots (`track:
-//   dots`) or a fine texture (`track: texture`) on its inner face. The tool does not rub: its place
-//   on the membrane is where its tip is over it, and as deep as the tip is below the rest plane z_O
-//   = 0. Presses are solved ahead (PressCache) and blended in between (Indentation), exactly at the
-//   radius of manipulator.home, elsewhere within 0.6 % of the force.
-// - anything else with `track: texture`: the textured target of paper C's second experiment on its
-//   path about the origin of O, whatever the object's own shape. Frame B is turned as O; time goes
-//   on by 1 / rate from one pair of images to the next.
+// The scene determines the simulated object:
+//
+// - A membrane under a flat round tool of the scene's width, with the tension at rest of the model
+//   (`model.prestress`). On its inner face are dark dots (`track: dots`) or a fine texture (`track:
+//   texture`). The tool has no friction: it presses at the position of its tip, with the depth of
+//   the tip below the rest plane z_O = 0. Presses are solved in advance (PressCache) and
+//   interpolated (Indentation): exactly at the radius of manipulator.home, elsewhere within 0.6 %
+//   of the force.
+// - Any other object with `track: texture`: the textured target of paper C's second experiment on
+//   its path about the origin of O, independent of the object's shape. Frame B has the orientation
+//   of O; time advances by 1 / rate from one pair of images to the next.
 class StereoSite final : public SimulatedEnvironment {
  public:
   // Throws std::invalid_argument naming the key where the scene cannot be simulated: no simulated
@@ -39,16 +40,16 @@ class StereoSite final : public SimulatedEnvironment {
   explicit StereoSite(const Scene& scene, const simulation::MembraneResolution& resolution = {});
   ~StereoSite() override;
 
-  // WhenUnsolved::kWait: short, unless the contact is deeper than what is solved so far. A target
-  // is not touched. WhenUnsolved::kUseNearest, for an operator who must not be delayed: never
-  // waits. If the contacts around the tool are not solved to its depth, or it is nearer to the rim
-  // than contacts are solved, they are solved next (with a log line, once per radius). Until then
-  // truth().solved is false: the images and the force are those of the nearest solved contact,
-  // extrapolated beyond its depth. Afterwards the membrane jumps to the true solution.
+  // WhenUnsolved::kWait: returns at once, unless the contact is deeper than the solved depth. A
+  // target has no contact. WhenUnsolved::kUseNearest, for an operator who must not be delayed:
+  // never waits. If the contacts around the tool are not solved to its depth, or it is nearer to
+  // the rim than contacts are solved, they are solved next (with a log line, once per radius).
+  // Until then truth().solved is false: the images and the force are those of the nearest solved
+  // contact, extrapolated beyond its depth. Afterwards the membrane jumps to the true solution.
   void MoveTool(const Eigen::Vector3d& p_S_tip,
                 WhenUnsolved when_unsolved = WhenUnsolved::kWait) override;
-  // Contacts that are not yet solved are approximated. The scene's own contact is solved now to its
-  // full depth, those elsewhere in the background from here on: a dozen, about a second each.
+  // Solves the scene's own contact now to its full depth, and starts to solve a dozen others in the
+  // background, about a second each. Unsolved contacts are approximated.
   void SolveAhead() override;
   [[nodiscard]] Truth truth() const override;
   // nullopt: a membrane.

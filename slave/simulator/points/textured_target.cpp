@@ -21,7 +21,8 @@ Eigen::Vector3d HeartPath(double seconds, double pace) {
 
 TexturedTarget::TexturedTarget(const Shape& shape)
     : texture_(Texture::Speckle(shape.seed, kTexelsPerGrain, shape.grey, shape.contrast)) {
-  // Polar about -z; the texture is laid out by arc length from the tip, so it is stretched little.
+  // Uses polar coordinates about -z. The texture is mapped by arc length from the tip, so it is
+  // hardly stretched.
   const double size = shape.semi_axes.head<2>().mean();
   const double texels = kTexelsPerGrain / shape.grain * size;  // per radian of the polar angle
   const auto add = [&](double polar, double turn) {

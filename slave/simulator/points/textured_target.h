@@ -1,5 +1,5 @@
-// A rigid textured body, heart-like, on the path of paper C's second experiment: what a texture
-// tracker is shown (paper C, 5.2, fig. 8).
+// A rigid textured body, heart-like, on the path of paper C's second experiment: as test object of
+// the texture tracker (paper C, 5.2, fig. 8).
 #pragma once
 
 #include <array>
@@ -32,9 +32,9 @@ class TexturedTarget {
   };
   explicit TexturedTarget(const Shape& shape);
 
-  // Adds the body at X_CB to `canvas` (CV_32F, the lens's size, what lies behind already there):
-  // point samples of the texture, no blur and no noise. Facets of about a millimetre with exact
-  // corners: within one, perspective bends the texture by less than 0.01 px at 250 mm.
+  // Draws the body at X_CB onto `canvas` (CV_32F, the lens's size, with the background): point
+  // samples of the texture without blur and noise. The facets of about a millimetre have exact
+  // corners; within one, perspective bends the texture by less than 0.01 px at 250 mm.
   void Draw(const Lens& lens, const Eigen::Isometry3d& X_CB, cv::Mat& canvas) const;
 
   [[nodiscard]] const std::vector<Eigen::Vector3d>& vertices() const { return p_B_; }  // frame B

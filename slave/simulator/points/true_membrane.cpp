@@ -11,7 +11,8 @@ using Eigen::Vector2d;
 using Eigen::Vector3d;
 
 constexpr double kMaxDistance = 1e3;  // tools farther away are ignored, in radii
-constexpr double kNear = 1.5;         // of the centre: presses are expected within, in radii
+// Distance from the centre within which presses are expected, in radii.
+constexpr double kNear = 1.5;
 
 const MembraneGeometry& GeometryOf(const Scene& scene) {
   const auto* membrane = std::get_if<MembraneGeometry>(&scene.object.geometry);

@@ -19,7 +19,7 @@ class TrueMembrane {
   struct Now {
     Eigen::Vector3d p_S_tip{0, 0, 0};
     bool in_contact = false;
-    bool solved = true;  // as Truth has it
+    bool solved = true;  // as in Truth
     Indentation indentation;
   };
 
@@ -41,7 +41,7 @@ class TrueMembrane {
 
   std::mutex moving_;  // one mover at a time
 
-  mutable std::mutex mutex_;  // guards what others read
+  mutable std::mutex mutex_;  // guards the members that other threads read
   Now now_;
 
   PressCache presses_;

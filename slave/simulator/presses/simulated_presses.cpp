@@ -15,16 +15,16 @@ using Eigen::Vector3d;
 
 constexpr double kPeriod = 1 / kPressRate;  // [s]
 constexpr double kRadius = 7e-3;            // of the fingertip [m]
-constexpr double kSideways = 1.2;           // furthest place from the pad's middle [rad]
+constexpr double kSideways = 1.2;           // largest angle from the pad's centre [rad]
 constexpr double kUpwards = 1.3;            // furthest place towards the tip [rad]
 constexpr double kBackwards = 14e-3;        // furthest place behind the tip's sphere [m]
 constexpr double kSoftest = 2e3;            // objects' modulus E / (1 - nu^2): foam [Pa]
 constexpr double kHardest = 1e7;            // hard rubber; the skin itself yields more [Pa]
 constexpr double kWidestProbe = 3e-3, kWidestContact = 12e-3;  // radii [m]
-constexpr double kFlattest = 2.2;   // width of contact on a flat object, by that on a sphere
-constexpr double kLonger = 1.5;     // factor of the width where the finger lies on its whole pad
-constexpr double kGentlest = 0.01;  // peak of a press, parts of the largest one
-constexpr double kFriction = 0.5;   // largest tangential force, parts of the normal one
+constexpr double kFlattest = 2.2;   // contact width on a flat object relative to that on a sphere
+constexpr double kLonger = 1.5;     // factor on the width if the whole pad touches
+constexpr double kGentlest = 0.01;  // smallest peak force, relative to the largest one
+constexpr double kFriction = 0.5;   // largest tangential force, relative to the normal one
 
 class Dice {
  public:
@@ -32,7 +32,7 @@ class Dice {
   double Between(double low, double high) {
     return low + (high - low) * (static_cast<double>(random_() >> 11) * 0x1p-53);
   }
-  // Draws between `low` and `high`, evenly in the logarithm.
+  // Draws a number between `low` and `high` with uniformly distributed logarithm.
   double Ratio(double low, double high) { return low * std::pow(high / low, Between(0, 1)); }
 
  private:
@@ -62,7 +62,7 @@ class Wave {
   std::array<Part, 2> parts_{};
 };
 
-// One press from the first touch to the last.
+// One press from the first to the last contact sample.
 class Press {
  public:
   Press(double largest_force, Dice* dice)
@@ -95,8 +95,8 @@ class Press {
     FingertipLoad load;
     load.p_F = kRadius * normal - Vector3d(backwards_, 0, 0);
     load.f_F = normal_force * (-normal + along_.At(t) * u + across_.At(t) * v);
-    // Hertz: a sphere on an elastic half space, 3 F R = 4 E a^3; along its side a fingertip is no
-    // sphere. Wider probes press on all they have, and a fingertip has no more than its pad.
+    // Hertz: a sphere on an elastic half space, 3 F R = 4 E a^3; on its side a fingertip is not a
+    // sphere. The contact width is limited by the probe and by the pad.
     const double hertz = flatness_ * std::cbrt(0.75 * normal_force * kRadius / modulus_);
     load.radius = std::min(std::max(probe_radius_, hertz), max_scale_ * kWidestContact);
     return load;
@@ -126,7 +126,7 @@ int CountStarts(const SimulatedPresses& options) {
 }
 
 SimulatedStart SimulateStart(const SimulatedPresses& options, int start) {
-  // Every start has random numbers of its own: more presses leave the earlier ones as they are.
+  // Every start has separate random numbers, so more presses do not change earlier ones.
   const std::uint64_t seed = options.seed * 1'000'003 + static_cast<std::uint64_t>(start);
   Dice dice(seed);
   SimulatedFingertip fingertip(static_cast<std::uint32_t>(seed ^ (seed >> 32)));

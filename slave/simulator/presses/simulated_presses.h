@@ -11,8 +11,9 @@
 namespace palpate {
 
 struct SimulatedPresses {
-  int presses = 300;         // in all, >= 1; the program has a default of its own
-  int per_start = 5;         // then the fingertip starts again, with another baseline; >= 1
+  int presses = 300;  // in all, >= 1; the program has a default of its own
+  // Number of presses after which the fingertip restarts with another baseline; >= 1.
+  int per_start = 5;
   double largest_force = 5;  // along the normal [N], > 0
   int rest_samples = 50;     // without contact at the start, >= 1; 20 more follow
   std::uint64_t seed = 1;

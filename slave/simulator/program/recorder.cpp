@@ -16,7 +16,7 @@
 namespace palpate {
 namespace {
 
-// The file of samples, or an exception that names it.
+// The file of samples; throws an exception that names it.
 class SamplesFile {
  public:
   explicit SamplesFile(const std::filesystem::path& folder) {

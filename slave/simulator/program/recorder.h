@@ -13,7 +13,7 @@ struct RecordOptions {
   std::filesystem::path folder;
   double duration = 0;   // of a target that moves on a path [s]; 0: its own
   int presses = 1;       // scripted contacts of fingertips
-  bool surface = false;  // with the true surface of the object that fingertips touch
+  bool surface = false;  // also records the true surface of the object that fingertips touch
 };
 
 // Writes `samples.pb` in `folder`, or to the standard output if that is `-`: one

@@ -1,4 +1,4 @@
-// The manipulator of a simulated environment as its driver sees it.
+// The manipulator of a simulated environment, as a driver's arm.
 #pragma once
 
 #include <stop_token>
@@ -12,8 +12,8 @@
 
 namespace palpate {
 
-// Its tip is where the target has moved to since the last exchange, and moves the tool of
-// `environment`, whose true force it measures. It ends when `stop` is requested.
+// Its tip follows the target, and moves the tool of `environment`, whose true force it measures. It
+// ends when `stop` is requested.
 class SimulatedArm final : public Arm {
  public:
   // `p_S_home`: where the tip is first [m]. `environment` outlives the arm.

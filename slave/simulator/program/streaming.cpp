@@ -27,9 +27,9 @@ namespace palpate {
 namespace {
 
 constexpr double kReportRate = 500;             // of the manipulator [Hz]
-constexpr std::chrono::milliseconds kPoll{50};  // of the slave's status
+constexpr std::chrono::milliseconds kPoll{50};  // polling period of the slave's status
 
-// From the instant of a sample to its sending: what the simulation costs.
+// Measures the delay from the time of a sample to its sending, which is the cost of the simulation.
 class Delay {
  public:
   double Add(Time sensed_at) {
@@ -65,7 +65,7 @@ void FeedFrom(Source& source, const Slave& slave, const std::stop_token& stop) {
 void FeedFrom(TactileSource& source, const std::vector<Finger>& fingers, const Slave& slave,
               const std::stop_token& stop) {
   Delay delay;
-  std::deque<v1::TactileSample> waiting;  // of the same instant
+  std::deque<v1::TactileSample> waiting;  // samples of the same time
   (void)slave.FeedFingertips([&]() -> std::optional<v1::TactileSample> {
     if (waiting.empty()) {
       const auto frame = source.Next(stop);
@@ -132,9 +132,8 @@ class Streams {
   std::vector<std::jthread> threads_;  // last: they use everything above
 };
 
-// What is missing until the slave estimates from samples after the first `frames`, and its tool is
-// driven; empty: nothing. Where it estimates a force, its baseline or rest shape must be known as
-// well.
+// Returns what is missing until the slave estimates from samples after the first `frames`, and
+// drives its tool; empty: nothing. If it estimates a force, its baseline must be known as well.
 std::string Missing(const v1::Status& status, std::uint64_t frames, bool has_force) {
   if (!status.cameras().trouble().empty()) return "cameras: " + status.cameras().trouble();
   if (!status.arm().fault().empty()) return "manipulator: " + status.arm().fault();
@@ -146,8 +145,7 @@ std::string Missing(const v1::Status& status, std::uint64_t frames, bool has_for
   return "";
 }
 
-// The same from the slave's answer. A slave that is kept from answering by other work is waited
-// for.
+// Does the same with a status request, and waits for a slow answer.
 std::string Missing(const Slave& slave, std::uint64_t frames, bool has_force) {
   try {
     return Missing(slave.Status(), frames, has_force);
@@ -173,7 +171,7 @@ void AwaitEstimates(const Slave& slave, std::uint64_t frames, bool has_force,
   }
 }
 
-// A person presses again and again.
+// Simulates a person who presses repeatedly.
 void PressByItself(const Scene& scene, SimulatedEnvironment& environment,
                    const std::stop_token& stop) {
   if (!scene.sense.Find<Camera>()) {

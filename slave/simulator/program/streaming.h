@@ -19,9 +19,9 @@ struct StreamingTarget {
 
 // Sends images (FeedImages) or tactile samples (FeedTactile) at the scene's rate, and moves the
 // tool to the targets of DriveTool, until `stop` is requested. Prints `streaming to HOST:PORT` once
-// the slave has its baseline or rest shape and drives the tool. Where the scene's manipulator is a
-// stream, another driver moves the tool: it prints `tool on HOST:PORT` first, see ToolSocket. Logs
-// what the slave is missing after 5 s, and the delay from the instant of a sample to its sending.
+// the slave has its baseline or rest shape and drives the tool. If the scene's manipulator is a
+// stream, another driver moves the tool: then it first prints `tool on HOST:PORT`, see ToolSocket.
+// Logs after 5 s which inputs the slave still lacks, and the delay from a sample to its sending.
 // Throws palpate::Error: the slave cannot be reached, or rejects something.
 void StreamTo(const StreamingTarget& target, const Scene& scene, SimulatedEnvironment& environment,
               const std::stop_token& stop);

@@ -15,7 +15,7 @@ using Eigen::Vector3d;
 constexpr double kFar = std::numeric_limits<double>::infinity();
 
 struct Region {
-  double points = 0, inside = 0;      // of the box
+  double points = 0, inside = 0;      // number of points of the region, and of those in the box
   Vector3d place = Vector3d::Zero();  // sum of the points, frame of the box
 };
 
@@ -33,7 +33,7 @@ std::vector<Region> Regions(const PointCloud& cloud, const Segmentation& segment
   return regions;
 }
 
-// Farther from `--at` nothing is what it points at [m].
+// Largest distance of the selected point from `--at` [m].
 constexpr double kReach = 0.05;
 
 int NearestTo(const Vector3d& at, const PointCloud& cloud, const Segmentation& segmentation) {

@@ -26,9 +26,10 @@ struct ObjectChoice {
   bool sure = true;          // false: nothing is where the object should be; the nearest was taken
 };
 
-// `at`: the region of the segmented point nearest to it. Throws std::invalid_argument: no segmented
-// point within 5 cm of it. Without `at`: every region that is mostly inside the box (fingers may
-// split the visible object into several), or else the region nearest to the box's centre.
+// With `at` it selects the region of the nearest segmented point. Throws std::invalid_argument: no
+// segmented point within 5 cm. Without `at` it selects every region that is mostly inside the box
+// (fingers may split the visible object into several), or else the region nearest to the box's
+// centre.
 ObjectChoice ChooseObject(const PointCloud& cloud, const Segmentation& segmentation,
                           const ObjectHint& hint);
 

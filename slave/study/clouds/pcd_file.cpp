@@ -113,7 +113,8 @@ void RequireMetres(const std::filesystem::path& file, std::vector<float> distanc
 }  // namespace
 
 PcdCloud ReadPcd(const std::filesystem::path& file) {
-  pcl::console::setVerbosityLevel(pcl::console::L_ALWAYS);  // its messages do not name the file
+  // Because its messages do not name the file.
+  pcl::console::setVerbosityLevel(pcl::console::L_ALWAYS);
   PointCloud all;
   try {
     pcl::PCLPointCloud2 points = ReadPoints(file);

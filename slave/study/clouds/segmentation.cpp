@@ -30,9 +30,9 @@ using Tree = pcl::KdTreeFLANN<Point>;
 // neighbourhoods of 10 to 15 mm, borders from 0.20 to 0.25 and links of 6 to 8 mm.
 constexpr double kRadius = 4, kLink = 2, kTolerance = 2;
 constexpr double kBorder = 0.25;
-constexpr double kGroove = 0.10;           // folded by about 27 degrees
-constexpr double kShallowGroove = 0.06;    // by 16 degrees
-constexpr double kOtherColour = 40;        // of 442
+constexpr double kGroove = 0.10;           // corresponds to a fold of about 27 degrees
+constexpr double kShallowGroove = 0.06;    // corresponds to an angle of 16 degrees
+constexpr double kOtherColour = 40;        // colour distance, of at most 442
 constexpr std::size_t kMinNeighbours = 6;  // neighbours that make a surface
 constexpr std::size_t kMinPoints = 150;    // points of a region
 
@@ -55,9 +55,9 @@ Voxels Voxelised(const PointCloud::ConstPtr& cloud, double edge) {
   return voxels;
 }
 
-// Median distance of a point to the nearest one that lies elsewhere [m].
+// Returns the median distance of a point to the nearest one at another position [m].
 double Spacing(const PointCloud::ConstPtr& cloud) {
-  constexpr int kEnough = 4;  // a few may lie in the same place
+  constexpr int kEnough = 4;  // a few points may be at the same position
   Tree tree;
   tree.setInputCloud(cloud);
   std::vector<float> distances, squared;
@@ -93,16 +93,16 @@ Neighbourhood Compared(const PointCloud& cloud, const Point& point, const pcl::I
   return {(offset - before * normal).norm(), before};
 }
 
-// Which region every point belongs to, counted from 0; -1: none.
+// Returns the region of every point, from 0; -1: none.
 std::vector<int> GrowColours(const PointCloud::ConstPtr& cloud) {
   pcl::RegionGrowingRGB<Point> growing;
   growing.setInputCloud(cloud);
   growing.setSearchMethod(std::make_shared<pcl::search::KdTree<Point>>());
   growing.setNumberOfNeighbours(30);
-  growing.setPointColorThreshold(20);   // of 442, between neighbours of a region
-  growing.setRegionColorThreshold(10);  // neighbouring regions less different are united
+  growing.setPointColorThreshold(20);   // of at most 442, between neighbours in a region
+  growing.setRegionColorThreshold(10);  // neighbouring regions with a smaller difference are merged
   growing.setDistanceThreshold(0.01F);  // between regions that are neighbours [m]
-  growing.setMinClusterSize(30);        // smaller ones join a neighbour, or none
+  growing.setMinClusterSize(30);        // smaller clusters are merged with a neighbour or dropped
   std::vector<pcl::PointIndices> regions;
   growing.extract(regions);
   std::vector<int> region_of(cloud->size(), -1);
@@ -131,7 +131,7 @@ std::vector<Patch> Patches(const PointCloud& core, const std::vector<int>& patch
   return patches;
 }
 
-// Where two patches touch.
+// The border of two patches.
 struct Border {
   std::vector<std::pair<std::size_t, std::size_t>> links;  // voxels of one and of the other
   double before = 0;                                       // sum over the links
@@ -141,12 +141,13 @@ struct Border {
 bool IsInside(const Border& border, const Patch& one, const Patch& other) {
   if ((one.colour - other.colour).norm() <= kOtherColour) return true;
   const auto links = static_cast<double>(border.links.size());
-  // A few links round the end of a groove are no border.
+  // A few links around the end of a groove do not make a common border.
   return links >= 2 * std::sqrt(std::min(one.voxels, other.voxels)) &&
          border.before <= kShallowGroove * links;
 }
 
-// Step 3: the surface each voxel of the core belongs to, as the number of one of its voxels.
+// Step 3: returns for each core voxel its surface, identified by the index of one of the surface's
+// voxels.
 std::vector<int> GrowSurfaces(const PointCloud::ConstPtr& core, const std::vector<double>& before,
                               double link) {
   const std::vector<int> patch_of = GrowColours(core);
@@ -183,7 +184,7 @@ std::vector<int> GrowSurfaces(const PointCloud::ConstPtr& core, const std::vecto
   return surface_of;
 }
 
-// Step 1: the voxels that are neither strays nor in supports.
+// Step 1: returns the voxels that are neither outliers nor in supporting planes.
 pcl::Indices Standing(const PointCloud::ConstPtr& voxels, double edge) {
   pcl::Indices standing, near;
   std::vector<float> squared;
@@ -197,13 +198,13 @@ pcl::Indices Standing(const PointCloud::ConstPtr& voxels, double edge) {
   return standing;
 }
 
-// Voxels that lie amid a surface.
+// Voxels in the interior of a surface.
 struct Core {
   pcl::Indices voxels;
-  std::vector<double> before;  // as in Neighbourhood
+  std::vector<double> before;  // see Neighbourhood
 };
 
-// Step 2.
+// Step 2: finds the core voxels.
 Core CoreOf(const PointCloud::ConstPtr& voxels, const pcl::IndicesConstPtr& standing,
             double radius) {
   Core core;
@@ -232,7 +233,7 @@ std::vector<std::size_t> PointsIn(const Voxels& voxels, const std::vector<int>& 
   return points;
 }
 
-// Steps 1 to 4: which region every voxel belongs to; -1: none.
+// Steps 1 to 4: returns the region of every voxel; -1: none.
 std::vector<int> GrowRegions(const Voxels& voxels, double edge) {
   std::vector<int> region_of(voxels.cloud->size(), -1);
   const auto standing = std::make_shared<pcl::Indices>(Standing(voxels.cloud, edge));

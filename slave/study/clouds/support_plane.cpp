@@ -14,10 +14,10 @@ namespace palpate::study {
 namespace {
 
 constexpr int kPlanes = 3;
-constexpr double kShare = 0.1;   // of the points in a plane
+constexpr double kShare = 0.1;   // smallest share of the points in a supporting plane
 constexpr double kExtent = 0.3;  // [m]
 
-// The median along each axis.
+// Returns the median along each axis.
 Eigen::Vector3f Middle(const PointCloud& cloud, const pcl::Indices& points) {
   Eigen::Vector3f middle;
   for (int axis = 0; axis < 3; ++axis) {
@@ -28,8 +28,8 @@ Eigen::Vector3f Middle(const PointCloud& cloud, const pcl::Indices& points) {
   return middle;
 }
 
-// Four sigma of the points' spread along the narrower of the plane's two directions [m]. Points
-// farther from the middle than three times the median do not widen it.
+// Returns four sigma of the points' spread along the narrower direction of the plane [m], without
+// points that are farther from the centre than three times the median.
 double Extent(const PointCloud& cloud, pcl::Indices points) {
   const Eigen::Vector3f middle = Middle(cloud, points);
   const auto distance = [&](auto i) { return (cloud[i].getVector3fMap() - middle).norm(); };

@@ -9,10 +9,11 @@ namespace palpate::study {
 // [m] (Nguyen, Izadi & Lovell 2012, axial noise of the Kinect).
 double DepthNoise(double z) noexcept;
 
-// Moves from `points` to the result what lies in supporting planes, at most three, each of at
-// least a tenth of the points and an extent of 0.3 m: smaller planes belong to objects. Within
-// `tolerance` [m] of a plane, or three sigma of DepthNoise where that is more. RANSAC with a fixed
-// seed: the same points give the same result. Distant outliers change neither tolerance nor extent.
+// Moves the points in supporting planes from `points` to the result. There are at most three
+// planes, each with at least a tenth of the points and an extent of 0.3 m, because smaller planes
+// belong to objects. Points are in a plane within `tolerance` [m], or three sigma of DepthNoise if
+// that is more. RANSAC with a fixed seed: the same points give the same result. Distant outliers
+// change neither tolerance nor extent.
 pcl::Indices TakeSupportPlanes(const PointCloud::ConstPtr& cloud, double tolerance,
                                pcl::Indices* points);
 

@@ -12,9 +12,9 @@
 namespace palpate::study {
 namespace {
 
-// Another seed than any other image of the scene has.
+// Seed that no other image of the scene uses.
 constexpr std::uint32_t kSeed = 1;
-// How far an object may have been moved or bulged from where the scene has it [m].
+// Largest displacement of the object from its position in the scene, including bulging [m].
 constexpr double kMargin = 0.02;
 
 ObjectHint WithBox(const MeasuredQuestion& question) {
@@ -39,7 +39,7 @@ Json Regions(const MeasuredAnswer& answer) {
 }
 
 Json ToJson(const MeasuredQuestion& question, const MeasuredAnswer& answer) {
-  static constexpr std::array kMethods{"surfaces", "colour", "no"};  // as in Segmenting
+  static constexpr std::array kMethods{"surfaces", "colour", "no"};  // in the order of Segmenting
   Json json{{"scene", question.scene},
             {"cloud",
              {{"file", question.file},

@@ -24,13 +24,13 @@ struct EstimatedShape {
 };
 
 struct MeasuredQuestion {
-  std::string scene;                  // its name
+  std::string scene;                  // name of the scene
   std::string file;                   // of the cloud
   PcdCloud measured;                  // frame D of the camera
   std::optional<DepthCamera> camera;  // absent: nothing is scored
   EstimatedShape shape;
   Segmenting segmenting = Segmenting::kSurfaces;
-  ObjectHint hint;     // where the scene has the object is filled in
+  ObjectHint hint;     // the object's position in the scene is added
   double leaf = 0.01;  // [m]
 };
 

@@ -18,14 +18,14 @@ namespace {
 
 using Cloud = pcl::PointCloud<pcl::PointXYZ>;
 
-// `points` seen from `origin`.
+// Converts `points` relative to `origin`.
 Cloud::Ptr ToPcl(std::span<const Eigen::Vector3d> points, const Eigen::Vector3d& origin) {
   auto cloud = std::make_shared<Cloud>();
   for (const auto& p : points) cloud->emplace_back().getVector3fMap() = (p - origin).cast<float>();
   return cloud;
 }
 
-// The score of one octree, a corner of whose leaves is `corner`.
+// Returns the score of one octree that has a leaf corner at `corner`.
 double ShareInLeaves(std::span<const Eigen::Vector3d> measured,
                      std::span<const Eigen::Vector3d> simulated, double leaf,
                      const Eigen::Vector3d& corner) {

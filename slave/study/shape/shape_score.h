@@ -1,4 +1,4 @@
-// How well an estimated shape agrees with a measured cloud.
+// Scores the agreement of an estimated shape with a measured cloud.
 #pragma once
 
 #include <cstddef>
@@ -12,12 +12,12 @@
 
 namespace palpate::study {
 
-// How alike two clouds are (paper B, IV.C, figures 11 and 13): the share of `simulated` that lies
+// Returns the similarity of two clouds (paper B, IV.C, figures 11 and 13): the share of `simulated`
 // in the leaves of an octree around `measured` [-]. `leaf` [m]: their edge, 1 cm in the paper. A
-// flat face on a border of leaves has half of its noise in leaves that nothing occupies, one amid
-// the leaves hardly any. The score is therefore the mean over eight octrees, each half a leaf from
-// the next along each axis, a quarter to either side of the cloud's centroid: the same wherever the
-// frame's origin lies. Points are finite. NaN: no points are given on one side.
+// flat face on a border of leaves has half of its noise in empty leaves, one in the middle of
+// leaves hardly any. The score is therefore the mean over eight octrees, shifted by half a leaf
+// along each axis, a quarter leaf to both sides of the cloud's centroid, so that it is independent
+// of the frame's origin. Points must be finite. NaN: one cloud is empty.
 double OctreeScore(std::span<const Eigen::Vector3d> measured,
                    std::span<const Eigen::Vector3d> simulated, double leaf);
 
@@ -39,8 +39,8 @@ std::vector<double> DistancesToCloud(std::span<const Eigen::Vector3d> points,
 struct ShapeScore {
   double octree = DistanceSummary::kNone;   // OctreeScore [-]
   std::size_t measured = 0, simulated = 0;  // points
-  DistanceSummary measured_to_surface;      // how far measured points are from the estimate
-  DistanceSummary simulated_to_measured;    // how far simulated points are from measured ones
+  DistanceSummary measured_to_surface;      // distances of measured points from the estimate
+  DistanceSummary simulated_to_measured;    // distances of simulated points from measured ones
 };
 // All in one frame; `leaf` [m] as in OctreeScore.
 ShapeScore Score(std::span<const Eigen::Vector3d> measured,

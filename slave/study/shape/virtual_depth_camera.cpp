@@ -11,10 +11,10 @@ namespace {
 
 using Eigen::Vector3d;
 
-constexpr double kNearest = 1e-4;  // what is closer to the pupil is not seen [m]
+constexpr double kNearest = 1e-4;  // smallest visible depth [m]
 constexpr double kNothing = std::numeric_limits<double>::infinity();
 
-// Distances along the rays, in units of z_D: what is hit at depth z lies at z times the ray.
+// Distances along the rays in units of z_D: a hit at depth z is at z times the ray.
 class DepthImage {
  public:
   explicit DepthImage(const DepthCamera& camera)
@@ -30,12 +30,12 @@ class DepthImage {
   [[nodiscard]] int height() const { return height_; }
   [[nodiscard]] double At(int u, int v) const { return depth_[Index(u, v)]; }
 
-  // Every pixel whose ray meets the triangle keeps the nearest hit.
+  // Every pixel whose ray intersects the triangle stores the nearest hit.
   void Draw(const std::array<Vector3d, 3>& p_D) {
     const Vector3d n = (p_D[1] - p_D[0]).cross(p_D[2] - p_D[0]);
     const double offset = n.dot(p_D[0]);
-    // A ray passes the inside of an edge where it lies on one side of the plane through the pupil
-    // and the edge. Neighbours compute the same plane, so that no ray slips between them.
+    // A ray is inside of an edge if it is on one side of the plane through the camera's centre and
+    // the edge. Neighbours compute the same plane, so no ray passes between them.
     const std::array<Vector3d, 3> edges{p_D[0].cross(p_D[1]), p_D[1].cross(p_D[2]),
                                         p_D[2].cross(p_D[0])};
     const auto [u0, u1, v0, v1] = PixelsAround(p_D);
@@ -44,7 +44,7 @@ class DepthImage {
         const Vector3d ray = Ray(u, v);
         const double a = edges[0].dot(ray), b = edges[1].dot(ray), c = edges[2].dot(ray);
         if (!((a >= 0 && b >= 0 && c >= 0) || (a <= 0 && b <= 0 && c <= 0))) continue;
-        const double z = offset / n.dot(ray);  // not finite for a triangle seen edge on
+        const double z = offset / n.dot(ray);  // not finite for a triangle parallel to the ray
         double& kept = depth_[Index(u, v)];
         if (z >= kNearest && z < kept) kept = z;
       }
@@ -89,7 +89,7 @@ class DepthImage {
   std::vector<double> depth_;
 };
 
-// Where the ray through the origin first meets the sphere, in units of `ray`.
+// Returns the first intersection of the ray through the origin with the sphere, in units of `ray`.
 double HitSphere(const Vector3d& ray, const Vector3d& centre, double radius) {
   const double a = ray.squaredNorm(), b = ray.dot(centre);
   const double under = b * b - a * (centre.squaredNorm() - radius * radius);
@@ -145,7 +145,7 @@ std::vector<Vector3d> ScanSurface(const DepthCamera& camera, const SurfaceMesh& 
       const Vector3d ray = image.Ray(u, v);
       const bool hidden = std::ranges::any_of(
           capsules_D, [&](const Occluder& capsule) { return HitCapsule(ray, capsule) < z; });
-      // Drawn for hidden pixels too: what is before a pixel does not change the others.
+      // Also drawn for hidden pixels, so that occluders do not change the noise of other pixels.
       const double along = camera.noise * noise(generator);
       if (!hidden) cloud_S.push_back(camera.X_SD * (z * ray + along * ray.normalized()));
     }

@@ -19,9 +19,9 @@ struct Occluder {
   double radius = 0;
 };
 
-// Points of the surface in view of `camera`: one ray through each pixel's centre, the first hit
-// counts, hits on occluders are not reported; Gaussian noise along the ray. Frame S [m]. The same
-// seed gives the same cloud. `camera.X_SD` etc. as in the scene.
+// Returns the points of the surface that `camera` sees: one ray through each pixel's centre, its
+// first hit, without hits on occluders; Gaussian noise along the ray. Frame S [m]. The same seed
+// gives the same cloud. `camera.X_SD` etc. as in the scene.
 std::vector<Eigen::Vector3d> ScanSurface(const DepthCamera& camera, const SurfaceMesh& surface,
                                          std::span<const Occluder> occluders, std::uint32_t seed);
 

@@ -12,7 +12,7 @@ namespace {
 constexpr float kLowest = 0, kHighest = 4095;  // [counts] [derived: a 12-bit converter]
 constexpr double kStuck = 1e-6;                // [counts]
 constexpr double kMoved = 4;                   // thresholds
-// Where more are at rest, no direction is stated. [-] [tuned: DividesTwiceAndClipsAtFullScale]
+// Largest number of dead electrodes for a direction [-]. [tuned: DividesTwiceAndClipsAtFullScale]
 constexpr int kMaxDead = 9;
 
 // The two electrodes nearest to electrode `i`.
@@ -22,14 +22,14 @@ std::array<int, 2> NearestTwo(const ElectrodeLayout& layout, std::size_t i) {
   const auto distance = [&](int k) {
     return (layout.p_F[static_cast<std::size_t>(k)] - layout.p_F[i]).norm();
   };
-  // The nearest of all is the electrode itself, wherever others sit on the same place.
+  // Puts the electrode itself first, even if others are at the same position.
   std::swap(order[0], order[i]);
   std::partial_sort(order.begin() + 1, order.begin() + 3, order.end(),
                     [&](int a, int b) { return distance(a) < distance(b); });
   return {order[1], order[2]};
 }
 
-// x_i.
+// Returns x_i, the change beyond that expected from the pressure.
 double BeyondPressure(const TactileSignals& change, std::size_t electrode) noexcept {
   const double pressure = static_cast<double>(change[kElectrodeCount + 1]);
   return static_cast<double>(change[electrode]) - kPressureShare * pressure;

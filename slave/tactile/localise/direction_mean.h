@@ -39,9 +39,8 @@ class SignalCheck {
   double moved_;  // [counts]
 };
 
-// A contact changes each electrode beyond the change that all have in common. It raises the fluid's
-// pressure, and the electrodes that are not under it rise in proportion. So a change is read
-// against what the pressure alone explains,
+// A contact raises the fluid's pressure, and the electrodes that are not under it rise in
+// proportion. So a change is measured relative to the change that the pressure explains,
 //
 //   x_i = change_i - kPressureShare change_pdc,
 //
@@ -73,12 +72,12 @@ Intensities PressureWeighted(const TactileSignals& change, const SignalFlaws& fl
 //
 //   n = sum I_i n_i / |sum I_i n_i|
 //
-// The paper averages positions inside the core and projects their mean. Electrodes far behind then
-// pull the mean backwards by their whole distance, although they contain no more information on the
-// direction than near ones.
+// The paper averages positions inside the core and projects their mean. Then distant electrodes
+// shift the mean backwards by their whole distance, although they contain no more information on
+// the direction than near ones.
 struct ContactDirection {
   Eigen::Vector3d n_F{0, 0, 0};  // unit
-  double axis_x = 0;             // where the axis is met, the intensities' mean [m], <= 0
+  double axis_x = 0;             // axial position as the mean weighted by the intensities [m], <= 0
 };
 
 class DirectionMean {

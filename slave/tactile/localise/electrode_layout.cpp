@@ -15,8 +15,7 @@
 namespace palpate {
 namespace {
 
-constexpr double kRounding =
-    1e-12;  // of the size at hand: what is nearer than this has no direction
+constexpr double kRounding = 1e-12;  // relative to the size: smaller distances have no direction
 
 // Returns the outward direction from the sphere's centre, or from the cylinder's axis behind it.
 Eigen::Vector3d Outward(const Eigen::Vector3d& p_F) {
@@ -29,7 +28,7 @@ constexpr double kUnitTolerance = 0.05;  // of a normal's length: files print th
 
 using Row = std::array<double, 6>;  // x y z [mm], nx ny nz
 
-// 0 for E1 or c1; nothing for names of no channel.
+// Returns 0 for E1 or c1; nullopt for other names.
 std::optional<std::size_t> ChannelOf(std::string_view name, const TactileChannels& channels) {
   for (int i = 0; i < channels.count; ++i) {
     if (name == channels.NameOf(i)) return static_cast<std::size_t>(i);
@@ -37,7 +36,7 @@ std::optional<std::size_t> ChannelOf(std::string_view name, const TactileChannel
   return std::nullopt;
 }
 
-// Behind the name.
+// Parses the numbers after the name.
 std::optional<Row> ParseRow(const std::vector<std::string_view>& cells) {
   Row row{};
   if (cells.size() != row.size() + 1) return std::nullopt;
@@ -49,7 +48,7 @@ std::optional<Row> ParseRow(const std::vector<std::string_view>& cells) {
   return row;
 }
 
-// Throws std::runtime_error `file:line: ...`: one line about electrode `name` is no place.
+// Throws std::runtime_error `file:line: ...`: the line of electrode `name` contains no position.
 void RequirePlace(const CsvLines& lines, const std::string& name, const std::optional<Row>& row) {
   if (!row) lines.Fail(Shown(lines.text()) + ": expected NAME,x,y,z,nx,ny,nz in millimetres");
   const auto& [x, y, z, nx, ny, nz] = *row;
@@ -61,8 +60,8 @@ void RequirePlace(const CsvLines& lines, const std::string& name, const std::opt
   }
 }
 
-// Throws std::runtime_error `file:line: ...`: all channels lie within a tenth of a millimetre, as
-// they do if the file is in metres.
+// Throws std::runtime_error `file:line: ...`: all channels are within a tenth of a millimetre, as
+// for a file in metres.
 void RequireSize(const CsvLines& lines, const ElectrodeLayout& layout) {
   constexpr double kMinSize = 1e-4;  // [m]
   Eigen::AlignedBox3d box;
@@ -73,23 +72,24 @@ void RequireSize(const CsvLines& lines, const ElectrodeLayout& layout) {
                        size / kMillimetre, size / kMillimetre / kMillimetre));
 }
 
-// Where a simulated electrode sits. On the cylinder: `along` the axis from the origin in radii,
-// <= 0. On the sphere: `along` is the elevation from the plane x = 0 towards the tip [degrees].
-// Azimuth about the axis from the middle of the pad towards +y [degrees].
+// Position of a simulated electrode. On the cylinder: `along` the axis from the origin in radii, <=
+// 0. On the sphere: `along` is the elevation from the plane x = 0 towards the tip [degrees].
+// Azimuth about the axis from the pad's centre towards +y [degrees].
 struct Site {
   bool on_tip;
   double along;
   double azimuth;
 };
 constexpr std::array<Site, kElectrodeCount> kSites{{
-    {true, 62, 0},       {true, 36, -38},     {true, 36, 38},  // round the tip
+    {true, 62, 0},       {true, 36, -38},     {true, 36, 38},  // around the tip
     {true, 18, -82},     {true, 18, 82},      {true, 12, 0},   // and down its sides
     {false, -0.30, -42}, {false, -0.30, 42},                   // pad and its flanks, backwards
     {false, -0.62, 0},   {false, -0.70, -84}, {false, -0.70, 84},  {false, -0.98, -42},
     {false, -0.98, 42},  {false, -1.32, 0},   {false, -1.38, -84}, {false, -1.38, 84},
     {false, -1.66, -42}, {false, -1.66, 42},  {false, -2.00, 0},
 }};
-// Core's radius over the finger's. [-] [tuned: SimulatedElectrodesAreSpreadUnderTheSkinAtAnySize]
+// Ratio of the core's radius to the finger's. [-] [tuned:
+// SimulatedElectrodesAreSpreadUnderTheSkinAtAnySize]
 constexpr double kCore = 0.78;
 
 }  // namespace

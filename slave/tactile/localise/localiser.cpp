@@ -17,8 +17,8 @@ namespace {
 // [rad] [tuned: SigmaHoldsTwoThirdsOfThePlaces]
 constexpr double kSigmaAngle = 10.5 * std::numbers::pi / 180;
 
-// Angle within which 68 % of the presses on a plate are (contact_direction_test.cpp): it falls as
-// the noise of a mean does with what is counted.
+// Angle within which 68 % of the presses on a plate are (contact_direction_test.cpp): it decreases
+// with the sum of the intensities as the noise of a mean does.
 constexpr double kDegree = std::numbers::pi / 180;  // [rad] [by definition]
 constexpr double kSigmaOfOneCount = 200 * kDegree;  // [rad] [tuned: SigmaHoldsTwoThirdsOfThePlaces]
 constexpr double kMinSigma = 4 * kDegree;           // [rad] [tuned: SigmaHoldsTwoThirdsOfThePlaces]
@@ -31,10 +31,10 @@ double PressureWeightedSigma(double counts) noexcept {
 // Change of full intensity [counts]. [paper: B, III.A.2]
 constexpr double kFullScale = 200;
 
-// Paper B, equations (1) to (4), as the paper and its authors' code compute them. Active are the
-// electrodes that fell by more than the threshold; intensity is how far, over full scale, at most
-// 1. Flawed also where all of several active electrodes are beyond full scale: their intensities
-// are no longer informative.
+// Paper B, equations (1) to (4), as the paper and its authors' code compute them. Electrodes that
+// fell by more than the threshold are active. The intensity is their fall divided by the full
+// scale, at most 1. The result is also flawed if all of several active electrodes are beyond full
+// scale, because their intensities give no information.
 class PaperLocaliser final : public Localiser {
  public:
   PaperLocaliser(const Tactile& tactile, const ElectrodeLayout& layout)

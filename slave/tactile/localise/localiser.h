@@ -25,10 +25,10 @@ struct TouchPlace {
   };
   Status status = Status::kNoContact;
   Eigen::Vector3d p_F{0, 0, 0};  // on the fingertip's surface [m]
-  Eigen::Vector3d n_F{0, 0, 0};  // its outward unit normal there
+  Eigen::Vector3d n_F{0, 0, 0};  // outward unit normal at the contact point
   double sigma = 0;              // one sigma of the contact point along the surface [m]; 0: unknown
   int active = 0;                // electrodes used
-  // Electrodes are saturated or dead. Where nothing is found, that may be why.
+  // Some electrodes are saturated or dead, which may be the reason if no contact is found.
   bool is_flawed = false;
   [[nodiscard]] bool usable() const {
     return status == Status::kFound || status == Status::kFlawed;
@@ -50,13 +50,14 @@ class Localiser {
   [[nodiscard]] virtual std::string_view name() const = 0;
 };
 
-// The variant of `tactile.localise`, with its thresholds; `auto` is pressure-weighted, which errs
-// least. Throws std::invalid_argument: an unknown name, an electrode on the finger's axis.
+// The variant of `tactile.localise`, with its thresholds; `auto` is pressure-weighted, which has
+// the smallest error. Throws std::invalid_argument: an unknown name, an electrode on the finger's
+// axis.
 std::unique_ptr<Localiser> MakeLocaliser(const Tactile& tactile, const ElectrodeLayout& layout);
 
-// Makes a localiser for the channels of any sensor. It returns the mean of the places of those that
-// changed by more than `tactile.threshold` times `noise`, up or down, weighted by their change; the
-// normal alike. Its sigma is not known.
+// Makes a localiser for the channels of any sensor. It returns the mean position and normal of the
+// channels that changed by more than `tactile.threshold` times `noise` in either direction,
+// weighted by their change. Its sigma is unknown.
 std::unique_ptr<Localiser> MakeChannelLocaliser(const Tactile& tactile, double noise,
                                                 const ElectrodeLayout& layout);
 

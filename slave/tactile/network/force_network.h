@@ -15,10 +15,10 @@
 
 namespace palpate {
 
-// Constant electrodes: a real one has noise of about a count. A working electrode does not read the
-// same value for this time [s]. The longest stretch in recordings at 100 Hz, fingers at rest and in
-// contact, is 0.43 s of 52 s times 19 electrodes; 0.26 s and 0.12 s in others, 0.16 s in fifteen
-// seconds of five fingers. A stretch of twice the length is a thousand times as rare.
+// An electrode that is constant for this time is faulty [s], because a working one has noise of
+// about a count. The longest stretch in recordings at 100 Hz, fingers at rest and in contact, is
+// 0.43 s of 52 s times 19 electrodes; 0.26 s and 0.12 s in others, 0.16 s in fifteen seconds of
+// five fingers. A stretch of twice the length is a thousand times as rare.
 inline constexpr double kConstant = 1;
 
 // Properties of a network.
@@ -33,15 +33,15 @@ struct NetworkInfo {
   bool gives_contact_point = false;  // outputs 4 to 6, on the sensor's surface, frame F [m]
   int outputs = 0;    // the first three are the force of the fingertip on the object, frame F [N]
   double rate = 100;  // of the samples it was trained on [Hz]
-  double gain = 1;    // its outputs are multiplied by it
-  Eigen::Vector3d sigma{0, 0, 0};  // rms error on contacts not trained on [N]; 0: not known
+  double gain = 1;    // factor on its outputs
+  Eigen::Vector3d sigma{0, 0, 0};  // rms error on contacts outside of the training [N]; 0: unknown
   double rest_sigma = 0;           // one sigma of the force vector without contact [N]
   ForceErrorLaw error;             // additional sigma in contact
-  double learnt_force = 0;         // largest |force| it was trained on [N]; 0: not known
+  double learnt_force = 0;         // largest |force| of the training [N]; 0: unknown
   SignalPattern pattern;           // of the signals it was trained on
-  // Pattern of a sensor without electrodes; null if it is not known.
+  // Pattern of a sensor without electrodes; null: unknown.
   std::shared_ptr<const ChannelPattern> channel_pattern;
-  // Error of the force without contact by the drift since the baseline [N/s]; 0: not known.
+  // Growth of the force error by drift since the baseline [N/s]; 0: unknown.
   double drift = 0;
   std::string origin;  // origin of the network, one clause
 };
@@ -56,8 +56,8 @@ class ForceEstimate {
   // Clears the window.
   virtual void Reset() noexcept = 0;
   // Processes the next sample, counts minus baseline. True: the window is full and `outputs` are
-  // set (outputs.size() == NetworkInfo::outputs, gain applied). Not finite samples: false, and the
-  // window starts again.
+  // set (outputs.size() == NetworkInfo::outputs, gain applied). A sample that is not finite returns
+  // false and restarts the window.
   virtual bool Push(const TactileSignals& change, std::span<double> outputs) noexcept = 0;
 };
 

@@ -25,7 +25,7 @@ constexpr std::uintmax_t kMaxFile = 256u << 20;  // [bytes]
 constexpr int kMaxCount = 1 << 20;
 constexpr double kMaxNumber = std::numeric_limits<float>::max();
 
-// Throws std::runtime_error naming the file: missing, larger than a network can be, not JSON.
+// Throws std::runtime_error naming the file if it is missing, too large or not JSON.
 json ReadJsonFile(const std::filesystem::path& file) {
   const std::string text = ReadWholeFile(file, kMaxFile, "JSON");
   try {
@@ -63,7 +63,7 @@ std::string ReadText(const json& object, const std::string& key) {
   return value.get<std::string>();
 }
 
-// Numbers that fit into single precision.
+// Reads numbers that fit into single precision.
 Eigen::VectorXf ReadNumbers(const json& list, const std::string& name) {
   if (!list.is_array()) throw std::runtime_error(name + ": not a list of numbers");
   Eigen::VectorXf vector(static_cast<Eigen::Index>(list.size()));
@@ -149,7 +149,7 @@ void ReadScaling(const json& root, const std::string& key, Eigen::VectorXf* mean
   *scale = ReadNumbers(Member(root[key], "scale", key), key + ".scale");
 }
 
-// `name` as so many rows and columns.
+// Reads the matrix `name` with this number of rows and columns.
 template <typename Matrix>
 void ReadMatrix(const json& root, const std::string& name, Matrix* matrix) {
   const WeightMatrix read = ReadRows(Member(root, name, "pattern"), "pattern." + name);
@@ -160,7 +160,7 @@ void ReadMatrix(const json& root, const std::string& name, Matrix* matrix) {
   *matrix = read.cast<double>();
 }
 
-// 0 where there is none.
+// Returns the size; 0 if it is missing.
 double ReadSize(const json& root, const char* key, const std::string& where = "") {
   if (!root.contains(key)) return 0;
   const double value = ReadNumber(root[key], where + key);
@@ -221,7 +221,8 @@ std::shared_ptr<const ChannelPattern> ReadChannelPattern(const json& root, int c
   return std::make_shared<const ChannelPattern>(std::move(pattern));
 }
 
-// Throws std::runtime_error: what only the training of a sensor without electrodes can know.
+// Throws std::runtime_error if values are missing that the training of a sensor without electrodes
+// provides.
 void RequireTrained(const json& root, const char* key) {
   if (root.contains(key)) return;
   throw std::runtime_error(std::string(key) +

@@ -79,7 +79,7 @@ std::string FaultOfInfo(const NetworkInfo& info) {
   return "";
 }
 
-// Walks through the layers, each as wide as the one before gives.
+// Checks that the input width of each layer is the output width of the previous one.
 class LayerCheck {
  public:
   explicit LayerCheck(Eigen::Index inputs) : width_(inputs) {}

@@ -37,16 +37,16 @@ struct DenseLayer {
   HiddenActivation activation = HiddenActivation::kTanh;
 };
 
-// x = (change - input_mean) / input_scale goes into the first layer of `lstm`, which feeds its
-// whole sequence to the next; the last one's last state goes through `dense`. The outputs are
-// NetworkInfo::gain (output_mean + output_scale y), entry by entry. Without recurrent layers the
-// network is feed-forward and sees one sample.
+// x = (change - input_mean) / input_scale is the input of the first layer of `lstm`. Each layer
+// passes its whole sequence to the next; the last state of the last layer is the input of `dense`.
+// The outputs are NetworkInfo::gain (output_mean + output_scale y), entry by entry. Without
+// recurrent layers the network is feed-forward and sees one sample.
 //
 // The first layer of qnn_* takes 3 N features: x, x s and the squares of x, with s = sqrt(mean x² +
 // 0.01); input_mean is 0.
 //
 // The first layer of tnn_* takes the features of SignalTraces for `input_scale`, and the outputs
-// are multiplied by the size that these are parts of; input_mean and output_mean are 0.
+// are multiplied by the size to which the features are relative; input_mean and output_mean are 0.
 struct NetworkWeights {
   Eigen::VectorXf input_mean, input_scale;  // NetworkInfo::inputs [counts]; scale not 0
   std::vector<LstmLayer> lstm;              // rnn_*: one or more
@@ -57,7 +57,7 @@ struct NetworkWeights {
   void LeaveUnscaled(int inputs, int outputs);
 };
 
-// The error, naming tensor, value and what is expected; empty: none.
+// Returns the error with tensor, value and expected values; empty: none.
 std::string FaultOf(const NetworkInfo& info, const NetworkWeights& weights);
 
 // N of rnn_N, dnn_N, tnn_N or (not of electrodes) qnn_N, 1 to kMaxChannels, for electrodes 21 or

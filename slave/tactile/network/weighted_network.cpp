@@ -1,4 +1,4 @@
-// Forward pass of recurrent networks, feed-forward networks and networks of traces.
+// Evaluates recurrent networks, feed-forward networks and networks that use signal traces.
 #include <algorithm>
 #include <cmath>
 #include <memory>
@@ -61,10 +61,10 @@ bool IsPlace(const NetworkInfo& info, std::size_t output) {
 // The layers NetworkWeights::dense, the scaling of the outputs and the gain. Immutable.
 class DenseStack {
  public:
-  // Room for the values between the layers.
+  // Working memory for the values between the layers.
   using Scratch = std::vector<VectorXd>;
 
-  // `weights` without fault (FaultOf).
+  // `weights` must be valid according to FaultOf.
   DenseStack(const NetworkWeights& weights, const NetworkInfo& info) {
     for (const DenseLayer& layer : weights.dense) {
       layers_.push_back(
@@ -84,8 +84,8 @@ class DenseStack {
     for (const Layer& layer : layers_) scratch.emplace_back(VectorXd::Zero(layer.bias.size()));
     return scratch;
   }
-  // x: as many numbers as the first layer has inputs. False: an output is not finite.
-  // Allocation-free.
+  // x: as many numbers as the first layer has inputs. Returns false if an output is not finite.
+  // Does not allocate.
   bool Evaluate(const VectorXd& x, Scratch* scratch, std::span<double> outputs) const noexcept {
     const VectorXd* input = &x;
     for (std::size_t k = 0; k < layers_.size(); ++k) {
@@ -105,7 +105,7 @@ class DenseStack {
     VectorXd bias;
     HiddenActivation activation;
   };
-  std::vector<Layer> layers_;  // the last one gives the scaled outputs
+  std::vector<Layer> layers_;  // the last layer returns the scaled outputs
 };
 
 // A layer of LSTM, see LstmLayer. Immutable.

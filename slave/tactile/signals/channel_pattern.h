@@ -16,8 +16,9 @@ struct ChannelPattern {
   Eigen::VectorXd below, above;  // farthest from the baseline, both >= 0
   // Largest difference of two successive changes from sample to sample.
   Eigen::VectorXd second_difference;
-  Eigen::VectorXd baseline;   // mean of those of the training; empty: there were too few
-  double baseline_force = 0;  // largest force that the network gives for another one of them [N]
+  Eigen::VectorXd baseline;  // mean of those of the training; empty: there were too few
+  // Largest force that the network estimates for another one of these baselines [N].
+  double baseline_force = 0;
 };
 
 }  // namespace palpate

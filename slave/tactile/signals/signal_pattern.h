@@ -14,8 +14,8 @@ namespace palpate {
 // E1 to E19 and pdc; pac0 is the rate of pdc and depends on the past.
 inline constexpr int kPatternSignals = kElectrodeCount + 1;
 
-// How wrong a network's forces are on contacts that it did not learn from: 68 % of the errors'
-// vectors are no longer than sqrt(growing |f| + relative^2 |f|^2). Both 0: not known.
+// Error of a network's forces on contacts outside of its training: 68 % of the error vectors are at
+// most sqrt(growing |f| + relative^2 |f|^2). Both 0: unknown.
 struct ForceErrorLaw {
   double growing = 0;   // [N]
   double relative = 0;  // [-]
@@ -31,7 +31,7 @@ struct ForceErrorLaw {
 struct SignalPattern {
   using Signals = Eigen::Matrix<double, kPatternSignals, 1>;  // counts minus rest
   using Covariance = Eigen::Matrix<double, kPatternSignals, kPatternSignals>;
-  // Contacts that are alike.
+  // A kind of similar contacts.
   struct Kind {
     double share = 0;  // of all contacts [-], > 0
     Covariance shape;  // mean of x x' / x'x over their signals x [-], positive definite

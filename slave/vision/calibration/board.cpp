@@ -17,7 +17,7 @@ cv::Mat GreyOf(const cv::Mat& image) {
   return grey;
 }
 
-// Distance of the nearest two neighbours in a row or column [px].
+// Returns the smallest distance between neighbours in a row or column [px].
 double NearestNeighbours(const Corners& corners, std::size_t columns) {
   double nearest = HUGE_VAL;
   for (std::size_t i = 0; i < corners.size(); ++i) {
@@ -32,7 +32,8 @@ bool FindCorners(const cv::Mat& grey, const cv::Size& size, Corners* corners) {
       !cv::findChessboardCornersSB(grey, size, *corners, cv::CALIB_CB_NORMALIZE_IMAGE)) {
     return false;
   }
-  // A window that reaches a neighbour's edges is drawn to them, a small one is sensitive to noise.
+  // A window that contains edges of a neighbour gives a wrong corner; a small window is sensitive
+  // to noise.
   const double nearest = NearestNeighbours(*corners, static_cast<std::size_t>(size.width));
   const int half = static_cast<int>(std::clamp(std::lround(0.22 * nearest), 2L, 7L));
   const cv::TermCriteria settled(cv::TermCriteria::COUNT | cv::TermCriteria::EPS, 50, 1e-3);
@@ -49,8 +50,8 @@ cv::Ptr<cv::FeatureDetector> CircleFinder(const cv::Size& image) {
   return cv::SimpleBlobDetector::create(params);
 }
 
-// Dark on bright, then bright on dark; each by the graph of neighbours, then by the grid's outline,
-// which finds some that are rolled by about a right angle.
+// Tries dark circles on bright, then bright on dark; each with the graph of neighbours and then
+// with the grid's outline, which finds some grids that are rolled by about 90 degrees.
 bool FindCircles(const cv::Mat& grey, const cv::Size& size, int grid, Corners* centres) {
   const cv::Ptr<cv::FeatureDetector> finder = CircleFinder(grey.size());
   for (const int way : {grid, grid | cv::CALIB_CB_CLUSTERING}) {

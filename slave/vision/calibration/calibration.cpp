@@ -37,7 +37,7 @@ std::vector<Corners> SideOf(const std::vector<BoardView>& views, Corners BoardVi
   return corners;
 }
 
-// Throws std::runtime_error where the numbers make no lens.
+// Throws std::runtime_error if the parameters are not those of a lens.
 Lens LensOf(const cv::Mat& camera_matrix, const cv::Mat& distortion,
             const std::array<int, 2>& size) {
   Lens lens;
@@ -81,8 +81,8 @@ LensFit FitLens(const Board& board, const std::vector<Corners>& views,
   return out;
 }
 
-// The joint refinement from lenses near the result. `view_rms_px`: one row of left and right per
-// view.
+// Refines both lenses and the pose jointly, from lenses near the result. `view_rms_px`: one row per
+// view with left and right values.
 StereoRig FitRig(const Board& board, const std::vector<BoardView>& views, const StereoRig& start,
                  cv::Mat* view_rms_px) {
   cv::Mat K_L(CameraMatrixOf(start.left)), K_R(CameraMatrixOf(start.right));
@@ -104,10 +104,10 @@ StereoRig FitRig(const Board& board, const std::vector<BoardView>& views, const 
   return rig;
 }
 
-// Takes the order of the right corners in which the rotation between the cameras agrees best with
-// that of one pair. Each order is a turn of the board about its normal.
+// Chooses the order of the right corners for which the rotation between the cameras agrees best
+// with that of one pair. Each order corresponds to a rotation of the board about its normal.
 void AlignOrders(const LensFit& left, const LensFit& right, Calibration* c) {
-  const std::array<double, 4> turns{0, M_PI, M_PI / 2, -M_PI / 2};  // as OrdersOf
+  const std::array<double, 4> turns{0, M_PI, M_PI / 2, -M_PI / 2};  // in the order of OrdersOf
   const std::size_t count = OrdersOf(c->views.front().right, c->board).size();
   const auto rotation = [&](std::size_t view, std::size_t order) {
     return Eigen::Quaterniond(right.X_CB[view].linear() *
@@ -157,8 +157,9 @@ void Fit(const ImageSizes& sizes, Calibration* c) {
   }
 }
 
-// The view that contradicts the rest most; nullopt: none. Noise of the corners and misfit of the
-// lens are the same with one pose of the board and with two, motion between the exposures is not.
+// Returns the view that contradicts the others most; nullopt: none. Corner noise and lens errors
+// have the same effect with a common board pose as with separate poses for left and right; motion
+// between the exposures does not.
 std::optional<std::size_t> Outlier(const Calibration& c) {
   constexpr double kTimesMedian = 3, kCornerPixels = 0.6, kMotionPixels = 0.25;
   std::vector<double> misses, motions;  // [px]
@@ -190,8 +191,8 @@ double QuantityOf(const StereoRig& rig) {
   return rig.baseline() > 0 ? rig.baseline() : std::sqrt(rig.left.fx * rig.left.fy);
 }
 
-// The group of each view: images whose corners all lie near those of an earlier one, by 1 % of the
-// image's width, root mean square.
+// Returns the group of each view: views whose corners are near those of an earlier view, within 1 %
+// of the image's width (rms).
 std::vector<std::size_t> GroupsOf(const Calibration& c) {
   constexpr double kAlike = 0.01;
   const auto count = static_cast<double>(c.views.front().left.size());
@@ -207,7 +208,7 @@ std::vector<std::size_t> GroupsOf(const Calibration& c) {
   return groups;
 }
 
-// Calibrates with the views of the chosen groups alone.
+// Calibrates with the views of the chosen groups only.
 double EstimateFrom(const Calibration& c, const std::vector<std::size_t>& groups,
                     std::span<const std::size_t> chosen) {
   std::vector<BoardView> views;
@@ -223,8 +224,8 @@ double EstimateFrom(const Calibration& c, const std::vector<std::size_t>& groups
   return QuantityOf(rig);
 }
 
-// The variance of a half is twice that of all views, and that of the difference of two halves four
-// times.
+// The variance of a half is twice that of all views, and the variance of the difference of two
+// halves is four times it.
 void SetSigma(Calibration* c) {
   constexpr int kHalves = 21;  // odd and even views, then random halves
   const std::vector<std::size_t> groups = GroupsOf(*c);
@@ -243,11 +244,11 @@ void SetSigma(Calibration* c) {
           std::ranges::stable_partition(order, [](std::size_t i) { return i % 2 == 0; });
       half = c->distinct - odd.size();
     }
-    // Fisher-Yates with an engine whose numbers are the same everywhere; std::shuffle's are not.
+    // Fisher-Yates shuffle, because std::shuffle is not reproducible across libraries.
     for (std::size_t i = order.size() - 1; k > 0 && i > 0; --i) {
       std::swap(order[i], order[random() % (i + 1)]);
     }
-    double difference = 1;  // of halves that determine nothing: as wrong as can be reported
+    double difference = 1;  // largest value, used if a half does not determine the quantity
     try {
       const std::span<const std::size_t> views = order;
       difference = (EstimateFrom(*c, groups, views.first(half)) -
@@ -273,10 +274,10 @@ double CoverageOf(const std::vector<Corners>& views, const std::array<int, 2>& s
 }
 
 // Limits, and values from which on there is a warning.
-constexpr double kSigma = 0.01, kSigmaWarned = 0.005;      // of baseline or focal length
+constexpr double kSigma = 0.01, kSigmaWarned = 0.005;  // relative sigma of baseline or focal length
 constexpr double kResidual = 1.0, kResidualWarned = 0.5;   // [px]
-constexpr double kCoverage = 0.15, kCoverageWarned = 0.4;  // part of the image
-constexpr double kFocal = 0.02;                            // sigma, relative
+constexpr double kCoverage = 0.15, kCoverageWarned = 0.4;  // covered part of the image
+constexpr double kFocal = 0.02;                            // relative sigma of the focal length
 constexpr double kUsed = 0.5;                              // of the views that show the board
 
 void SetVerdict(Calibration* c) {
@@ -389,7 +390,7 @@ std::vector<NamedMatrix> Rectification(const StereoRig& rig) {
   for (const auto& [name, m] :
        {std::pair{"R1", R1}, {"R2", R2}, {"P1", P1}, {"P2", P2}, {"Q", Q}}) {
     out.push_back({name, {}});
-    out.back().value.resize(m.rows, m.cols);  // where it is row-major OpenCV leaves this to us
+    out.back().value.resize(m.rows, m.cols);  // OpenCV does not do this for row-major matrices
     cv::cv2eigen(m, out.back().value);
   }
   return out;

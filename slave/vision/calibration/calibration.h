@@ -16,7 +16,7 @@
 
 namespace palpate {
 
-// A board that one camera sees, or both at the same time.
+// A view of the board by one camera, or by both at the same time.
 struct BoardView {
   Corners left, right;  // right: of pairs
 };
@@ -40,9 +40,9 @@ struct Calibration {
   };
   std::vector<Dropped> dropped;  // views that contradict the others
   double sigma_focal = 0;        // of the fit, of the less certain camera, relative
-  // Standard deviation of the baseline, of one camera the focal length, relative: from fits to
-  // halves of the views. Views with nearly the same pose of the board are not independent: they go
-  // to the same half.
+  // Relative standard deviation of the baseline (one camera: of the focal length), from fits to
+  // halves of the views. Views with nearly the same pose of the board are not independent, so they
+  // are in the same half.
   double sigma = 0;
   std::size_t distinct = 0;          // number of views with different poses of the board
   std::vector<double> coverage;      // share of the 8 x 6 cells of each camera's image with corners
@@ -51,10 +51,10 @@ struct Calibration {
 };
 
 // Least squares of the reprojection by OpenCV, k1 k2 p1 p2; k3 stays 0, because boards seldom reach
-// the image corners, which are needed to distinguish it from k2. Of pairs each camera separately,
-// then both lenses, X_RL and all poses of the board together. Views whose corners are off by three
-// times the median are dropped: blurred, bent, or of another board; and pairs whose corners one
-// pose of the board fits worse than a pose for each camera: it moved between the exposures. The
+// the image corners, which are needed to distinguish it from k2. For pairs each camera is fitted
+// separately, then both lenses, X_RL and all poses of the board together. Views are dropped if
+// their error is three times the median (blurred, bent, or another board), and pairs if one pose of
+// the board fits worse than a pose for each camera (the board moved between the exposures). The
 // right corners of a pair may begin at another corner (OrdersOf). Throws std::runtime_error with a
 // sentence: fewer than three views, or views that determine no lens or no pair.
 Calibration Calibrate(const Board& board, const std::vector<BoardView>& views,

@@ -19,8 +19,8 @@
 namespace palpate {
 namespace {
 
-// Accepted: places at least this wide across their longest direction, at most this uncertain, and
-// no more outliers than half of what fits.
+// Limits for acceptance: smallest width of the positions across their longest direction, largest
+// uncertainty, and outliers at most half as many as inliers.
 constexpr double kWidth = 0.05, kAngle = 2 * std::numbers::pi / 180, kScatter = 0.05;
 constexpr double kUsed = 2.0 / 3;
 
@@ -32,11 +32,11 @@ struct Guess {
   double pixel = 0;  // [m]
 };
 
-// A way to the camera pose; the image points are its own.
+// A method to compute the camera pose, with its image points.
 struct Way {
   std::size_t fewest = 0;  // positions that determine a pose
   Indices usable;          // positions that have a ray, or an intersection
-  // The poses of least squares from the positions `which`, the best first; empty: none.
+  // Least-squares poses from the positions `which`, the best first; empty: none.
   std::function<std::vector<Guess>(const Points& p_S, const Indices& which)> solve;
   // Residual of position `i` [m]; NaN: unknown.
   std::function<double(const Guess& guess, const Eigen::Vector3d& p_S, std::size_t i)> miss;
@@ -94,7 +94,7 @@ double LargestSigma(const Eigen::Matrix3d& covariance) {
   return std::sqrt(std::max(0.0, solver.eigenvalues()[2]));
 }
 
-// From the poses that are found without one of the positions each.
+// Computes sigmas by the jackknife: from the poses found without one position each.
 void SetSigmas(const Way& way, const Points& p_S, const Indices& used, CameraRegistration* r) {
   r->sigma_angle = r->sigma_place = HUGE_VAL;
   if (used.size() <= way.fewest) return;
@@ -152,7 +152,7 @@ std::string SideWords(const PlaceCloud& cloud, const Eigen::Isometry3d& X_SC) {
 
 // `mirrored_rms`: residual of the used positions for the mirrored table [m].
 void CheckMirror(const PlaceCloud& cloud, double mirrored_rms, CameraRegistration* r) {
-  // Two fits of the same places are alike where their residuals differ by less than this factor.
+  // Two fits are equivalent if their residuals differ by less than this factor.
   constexpr double kAlike = 2, kExact = 1e-12;  // [m]: both fit without any residual
   if (kAlike * mirrored_rms + kExact < r->rms) {
     r->reasons.push_back(
@@ -187,16 +187,17 @@ void CheckPlaces(const PlaceCloud& cloud, std::size_t used, std::size_t fewest,
   }
 }
 
-// Places on a plane, seen from afar, may be tilted either way.
+// Checks whether positions on a plane fit a second pose with opposite tilt, as for a distant
+// camera.
 void CheckOtherPose(const Way& way, const Points& p_S, const Indices& used, CameraRegistration* r) {
   const std::vector<Guess> guesses = way.solve(p_S, used);
   const double spare = std::max(2.0 * static_cast<double>(used.size()) - 6, 1.0);
   for (const Guess& other : guesses) {
     const double angle =
         Eigen::AngleAxisd(r->X_SC.linear().transpose() * other.X_SC.linear()).angle();
-    constexpr double kSame = 1e-3;  // [rad]: two ways to the same minimum
+    constexpr double kSame = 1e-3;  // [rad]: smaller differences are the same minimum
     const double rms = RmsOf(way, other, p_S, used);
-    // Accepted: the other one misses by three sigma more.
+    // Accepted if the residual of the other pose is larger by three sigma.
     if (angle < kSame || rms > r->rms * std::sqrt(1 + 9 / spare) + 1e-12) continue;
     r->reasons.push_back(
         fmt::format("a second pose, rotated by {:.3g} deg, fits nearly as well ({:.3g} mm rms): "
@@ -243,12 +244,12 @@ CameraRegistration Register(const Way& way, const std::vector<TipPlace>& places)
   return out;
 }
 
-// Local minima of the residual: OpenCV's SQPnP, and for a plane IPPE, which has both poses that
-// look alike from afar; each refined.
+// Returns local minima of the residual: from OpenCV's SQPnP, and for a plane from IPPE, which
+// returns both similar poses; each is refined.
 std::vector<Guess> LensPoses(const Lens& lens, const std::vector<TipPlace>& places,
                              const Points& p_S, const Indices& which) {
-  // About the positions' mean: far from the origin, rotation and translation are hard to separate
-  // apart.
+  // Computes about the mean of the positions, because far from the origin rotation and translation
+  // are strongly correlated.
   const Eigen::Vector3d mean = CloudOf(p_S, which).mean;
   std::vector<cv::Point3d> objects;
   std::vector<cv::Point2d> images;

@@ -15,18 +15,19 @@ namespace palpate {
 
 struct TipPlace {
   Eigen::Vector3d p_S{0, 0, 0};            // the tip [m]
-  Eigen::Vector2d left_I{0, 0};            // its image point [px]
+  Eigen::Vector2d left_I{0, 0};            // image point in the left camera [px]
   std::optional<Eigen::Vector2d> right_I;  // in the right camera, if there is one
 };
 
 struct CameraRegistration {
   Eigen::Isometry3d X_SC = Eigen::Isometry3d::Identity();  // the (left) camera in S [m]
   double pixel = 0;                                        // RegisterPlane only [m]
-  std::vector<double> residuals;      // one per position [m]; NaN: no ray or no intersection
-  std::vector<bool> used;             // false: an outlier
-  double rms = 0;                     // of those used [m]
-  double sigma_angle = 0;             // of the least certain axis [rad]
-  double sigma_place = 0;             // of the camera's, least certain direction [m]
+  std::vector<double> residuals;  // one per position [m]; NaN: no ray or no intersection
+  std::vector<bool> used;         // false: an outlier
+  double rms = 0;                 // of those used [m]
+  double sigma_angle = 0;  // standard deviation of the rotation about the least certain axis [rad]
+  // Standard deviation of the camera's position in the least certain direction [m].
+  double sigma_place = 0;
   std::vector<std::string> reasons;   // why it cannot be trusted; empty: it may
   std::vector<std::string> warnings;  // statements that a person must check at the camera
 };

@@ -19,7 +19,7 @@ double Miss(const Eigen::Vector3d& plane, const Eigen::Vector3d& sample) {
   return sample[2] - plane[0] * sample[0] - plane[1] * sample[1] - plane[2];
 }
 
-// Least squares; nullopt: fewer samples than `least`, or all about on a line.
+// Fits a plane by least squares; nullopt: fewer samples than `least`, or nearly collinear ones.
 std::optional<Eigen::Vector3d> FitPlane(const std::vector<Eigen::Vector3d>& samples, int least) {
   const auto count = static_cast<double>(samples.size());
   if (count < std::max(3, least)) return std::nullopt;
@@ -133,7 +133,8 @@ std::optional<InverseDepth> RestDepth::PlaneOf(const DepthCell& cell, int least,
   const double metre = unit / kFractions;
   const double x_middle = (cell.column + 0.5 * (cell.edge - 1) - camera.cx) / camera.fx;
   const double y_middle = (cell.row + 0.5 * (cell.edge - 1) - camera.cy) / camera.fy;
-  std::vector<Eigen::Vector3d> samples;  // in widths of the cell from its middle, and 1/z
+  // Position relative to the centre in widths of the cell, and 1/z.
+  std::vector<Eigen::Vector3d> samples;
   for (int v = cell.row; v < cell.row + cell.edge; ++v) {
     for (int u = cell.column; u < cell.column + cell.edge; ++u) {
       const std::int32_t z = row(v)[u];
@@ -143,7 +144,7 @@ std::optional<InverseDepth> RestDepth::PlaneOf(const DepthCell& cell, int least,
       samples.emplace_back(x * camera.fx / cell.edge, y * camera.fy / cell.edge, 1 / (z * metre));
     }
   }
-  // Twice: what deviates from the first plane takes no part in the second.
+  // Fits twice. Pixels that deviate from the first plane are left out of the second fit.
   std::optional<Eigen::Vector3d> plane = FitPlane(samples, least);
   if (!plane) return std::nullopt;
   double mean_miss = 0;
@@ -176,7 +177,8 @@ std::optional<CellShift::Mean> CellShift::Of(const cv::Mat& depth, const RestDep
   const auto begin = changes_.begin();
   const auto count = end - begin;
   if (count < std::max(1, least)) return std::nullopt;
-  // The median only says where to look: a third of the pixels, of every row and column some, do.
+  // The median is only a start value, so a third of the pixels, distributed over all rows and
+  // columns, is sufficient.
   constexpr std::ptrdiff_t kPlenty = 128;
   const std::ptrdiff_t step = count >= kPlenty ? 3 : 1;
   const auto first = sample_.begin();
@@ -236,7 +238,7 @@ const SurfaceObservation& DepthPoints::Observe(const cv::Mat& depth) noexcept tr
   }
   observation_.found = seen >= 3 && 10 * seen >= cells_.size();
   return observation_;
-} catch (const std::exception&) {  // no memory for the rest frame
+} catch (const std::exception&) {  // out of memory for the rest frame
   Reset();
   return observation_;
 }
@@ -257,11 +259,11 @@ void DepthPoints::MakeCells() {
                                 (cell.middle.y() - camera.cy) / camera.fy, 1);
     const double inverse_depth = plane->dot(ray_D);
     if (!(inverse_depth > 0)) continue;
-    // Where 1/z = m . ray along every ray, m is normal to the plane and points away.
+    // In 1/z = m . ray the vector m is normal to the plane and points away.
     cell.n_S = -(camera.X_SD.linear() * plane->normalized());
     cell.ray_S = camera.X_SD.linear() * ray_D;
     cell.cosine = -cell.n_S.dot(cell.ray_S);
-    // Evenly anywhere in the cell: edge / sqrt(12), seen on the slant.
+    // Uniform distribution in the cell: edge / sqrt(12), enlarged by the slant.
     const double side = edge / std::sqrt(12.0 * camera.fx * camera.fy) / inverse_depth;
     const double along = side / std::max(0.1, cell.cosine / ray_D.norm());
     cell.along_S = along * along * (Eigen::Matrix3d::Identity() - cell.n_S * cell.n_S.transpose());
@@ -283,7 +285,7 @@ void DepthPoints::Measure(const cv::Mat& depth, const Cell& cell, SurfacePoint* 
   point->p_S = point->p_S_rest + cell.ray_S * (mean->shift * unit);
   const double independent =
       std::max(1.0, mean->count / (params_.correlation * params_.correlation));
-  // The rest frame errs too; what the changes scatter by has that in it.
+  // The baseline also has an error, which the scatter of the changes includes.
   const double sigma = params_.camera.sigma * std::sqrt(1 + 1.0 / params_.rest_images);
   const double along_normal = cell.cosine * std::max(sigma, mean->spread * unit);
   const double variance = along_normal * along_normal / independent;

@@ -42,7 +42,8 @@ class RestDepth {
 
   [[nodiscard]] int width() const { return width_; }
   [[nodiscard]] int height() const { return height_; }
-  // Depths of a row of pixels at rest, in fractions of a count; 0: not known. After known().
+  // Returns the depths of a row of pixels at rest, in fractions of a count; 0: unknown. Call after
+  // known().
   [[nodiscard]] const std::int32_t* row(int v) const {
     return rest_.data() + static_cast<std::ptrdiff_t>(v) * width_;
   }
@@ -89,15 +90,15 @@ class CellShift {
   std::vector<std::int32_t> changes_, sample_;  // in fractions of a count
 };
 
-// How far the surface moved is the robust mean, over a cell's pixels, of depth now minus depth at
-// rest: the slope of the surface across the cell cancels pixel by pixel. The cell's point at rest
-// is where its middle ray meets the plane through its rest depths; it moves along that ray.
+// The displacement of the surface is the robust mean over a cell's pixels of present depth minus
+// depth at rest, so that the slope across the cell cancels pixel by pixel. The cell's point at rest
+// is the intersection of its central ray with the plane through its rest depths; it moves along
+// that ray.
 //
-// A depth image does not show which piece of the surface it sees, only where the surface is: a
-// point's covariance is that of its way from rest along the normal, and a cell's width along the
-// surface.
+// A depth image does not identify material points, only the position of the surface: a point's
+// covariance is that of its displacement along the normal, and a cell's width along the surface.
 //
-// Not thread-safe. Allocates while the rest frame is taken.
+// Not thread-safe. Allocates while the baseline is measured.
 class DepthPoints {
  public:
   struct Params {
@@ -106,8 +107,8 @@ class DepthPoints {
     int rest_images = 5;               // the rest frame is their mean
     double min_full = 0.5;             // share of a cell's pixels that must have a depth
     double nearest = 0, farthest = 1;  // along the ray's z [m]: depths outside are not measurements
-    // Depths err alike within patches of this edge [px]: a cell of n pixels has only
-    // n / correlation^2 independent ones. 10 px: a stereo depth camera at 0.1 m, measured.
+    // Edge of patches within which depth errors are equal [px]: a cell of n pixels has only n /
+    // correlation^2 independent ones. 10 px was measured for a stereo depth camera at 0.1 m.
     double correlation = 10;
   };
   // Throws std::invalid_argument naming the parameter.
@@ -132,11 +133,11 @@ class DepthPoints {
   struct Cell {
     DepthCell square;
     Eigen::Vector2d middle{0, 0};    // [px]
-    Eigen::Vector3d ray_S{0, 0, 1};  // a metre of depth along the middle ray
+    Eigen::Vector3d ray_S{0, 0, 1};  // vector along the central ray per metre of depth
     Eigen::Vector3d n_S{0, 0, -1};   // at rest, towards the camera
     Eigen::Matrix3d along_S =
         Eigen::Matrix3d::Zero();  // covariance along the surface, of the cell's width [m^2]
-    double cosine = 0;            // of depth to the way along the normal [-]
+    double cosine = 0;            // displacement along the normal per change of depth [-]
   };
   void MakeCells();
   void Measure(const cv::Mat& depth, const Cell& cell, SurfacePoint* point) noexcept;

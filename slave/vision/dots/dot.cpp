@@ -16,22 +16,24 @@ constexpr double kReach = 2;     // distance within which a sharp dot's edge end
 constexpr double kMaxReach = 8;  // and a blurred one's [px]
 // The reach of a blurred edge, in sigma of its blur [-]. [tuned: BlurDoesNotMoveADot]
 constexpr double kReachInBlurs = 2.65;
-constexpr double kWider = 0.3;  // a reach that is worth another look [px]
-// The ring of ground about that [px]. [tuned: LightThatFallsAcrossTheImageLosesNoDot]
+constexpr double kWider = 0.3;  // growth of the reach for which the dot is measured again [px]
+// Width of the background ring around it [px]. [tuned: LightThatFallsAcrossTheImageLosesNoDot]
 constexpr double kRing = 3;
-// Distance to an edge that passes by within which pixels fade out [px]. [tuned:
+// Distance to a nearby edge within which pixel weights decrease to zero [px]. [tuned:
 // AnEdgeBesideADotDoesNotPullItInNoise]
 constexpr double kFade = 1.4;
-// An ellipse's edge is nowhere farther off [px]. [tuned: EvenlyFallingLightDoesNotPullADot]
+// Largest deviation of a dot's edge from an ellipse [px]. [tuned:
+// EvenlyFallingLightDoesNotPullADot]
 constexpr double kRagged = 1;
-constexpr double kForeignInDot = 0.01;  // share of the dot's area that may be farther off
-constexpr int kLooks = 3;               // each with a reach by the blur that the last one saw
-constexpr int kRounds = 3;              // of a window that cuts the dot's edge
-constexpr double kSigmaFloor = 0.003;   // what pixels' uneven response leaves [px]
+constexpr double kForeignInDot = 0.01;  // share of the dot's area that may deviate more
+// Number of measurements, each with the reach for the blur found by the previous one.
+constexpr int kLooks = 3;
+constexpr int kRounds = 3;             // iterations for a window that cuts the dot's edge
+constexpr double kSigmaFloor = 0.003;  // error by the uneven response of pixels [px]
 
 struct Axes {
   double longer = 0, shorter = 0;  // half axes [px]
-  double cosine = 1, sine = 0;     // of the longer one
+  double cosine = 1, sine = 0;     // direction of the longer axis
 };
 
 Axes AxesOf(const Eigen::Matrix2d& shape) noexcept {
@@ -46,7 +48,7 @@ Axes AxesOf(const Eigen::Matrix2d& shape) noexcept {
 // { d : d' A d <= 1 }, an ellipse about the origin, cut by rows.
 struct Ellipse {
   double a = 0, b = 0, c = 0;  // A = [a b; b c]
-  double height = 0;           // it ends at |dy| = height
+  double height = 0;           // half height of the ellipse
 
   Ellipse(const Axes& axes, double wider) noexcept {
     const double p = 1 / std::pow(axes.longer + wider, 2);
@@ -56,7 +58,7 @@ struct Ellipse {
     b = (p - q) * axes.cosine * axes.sine;
     height = std::sqrt(a / (p * q));
   }
-  // How far beyond the ellipse a pixel is, by the ray from the centre [px].
+  // Returns the distance of a pixel beyond the ellipse along the ray from the centre [px].
   [[nodiscard]] double Beyond(double dx, double dy) const {
     const double stretch = std::sqrt(a * dx * dx + 2 * b * dx * dy + c * dy * dy);
     return std::hypot(dx, dy) * (1 - 1 / stretch);
@@ -72,14 +74,14 @@ struct Ellipse {
   }
 };
 
-// Light dots are examined as dark ones of the negative.
+// Light dots are measured as dark dots in the negative image.
 struct Negative {
   double sign, offset;
   explicit Negative(DotTone tone) noexcept
       : sign(tone == DotTone::kDark ? 1 : -1), offset(tone == DotTone::kDark ? 0 : 255) {}
   [[nodiscard]] double operator()(double level) const { return offset + sign * level; }
-  // A dark dot's difference from its ground, as if the ground were as light there as at `middle`:
-  // light that falls on both makes more of both. Light dots may lie on a ground without any light.
+  // Scales a dark dot's difference from the background to the background level at `middle`, because
+  // illumination scales both. Light dots may have a black background, so they are not scaled.
   [[nodiscard]] double Evenly(double difference, double ground, double middle) const {
     return sign > 0 && 2 * ground > middle ? difference * middle / ground : difference;
   }
@@ -97,7 +99,7 @@ struct Window {
   }
 };
 
-// Directions from the centre, stated by what turns a ring about the dot into a circle.
+// Directions from the centre, after the transformation that maps a ring around the dot to a circle.
 struct Directions {
   double pp, pq, qp, qq;
   Directions(const Axes& axes, double reach) noexcept {
@@ -147,14 +149,14 @@ bool FitGround(const Window& w, double threshold, GroundRing* ground, double* in
 // and moments about w.centre.
 struct Weighed {
   double sum = 0, x = 0, y = 0;
-  double spread = 0;  // of the pixels
+  double spread = 0;  // second moment of the pixels
   int foreign = 0;    // dark pixels outside of the dot, or bright ones inside
-  int edge = 0;       // pixels between dot and ground, where the ring is ground
+  int edge = 0;       // pixels between dot and background, where the ring is background
 };
 
-// In sectors whose ring is no ground the reach is short; in those opposite to them too, so that
-// what is cut off of the dot's blurred edge is cut off on both sides; and softly, as whole pixels
-// would make steps.
+// In sectors whose ring is not background the radius is reduced, and in the opposite sectors as
+// well, so that the blurred edge is cut symmetrically. The cut is soft, because whole pixels would
+// cause steps.
 Weighed Weigh(const Window& w, const Eigen::Vector2d& middle, const GroundRing& ring,
               double contrast) noexcept {
   const Ellipse edge(w.axes, w.reach), hull(w.axes, kRagged), beside(w.axes, 0);
@@ -214,7 +216,7 @@ std::optional<MeasuredDot> MeasureWithin(const Window& w, const Dot& dot, double
   if (!(contrast >= limits.contrast_min)) return std::nullopt;
   Weighed weighed;
   Eigen::Vector2d moved(0, 0);
-  // A window that cuts the blurred edge must lie about the middle that it finds.
+  // A window that cuts the blurred edge must be centred on the resulting centre.
   const int rounds = ring.left_out() == 0 ? 1 : kRounds;
   for (int k = 0; k < rounds; ++k) {
     weighed = Weigh(w, w.centre + moved, ring, contrast);
@@ -226,7 +228,7 @@ std::optional<MeasuredDot> MeasureWithin(const Window& w, const Dot& dot, double
   MeasuredDot region{dot};
   region.dot.centre += moved;
   region.dot.area = weighed.sum / contrast;
-  // Where neighbouring pixels err alike, their errors do not even out.
+  // Correlated errors of neighbouring pixels do not average out.
   const double variance =
       std::max(1.0, ring.unevenness()) *
       (ground.variance * weighed.spread + ground.slope_variance * weighed.spread * weighed.spread) /
@@ -251,7 +253,7 @@ std::optional<Dot> EllipseOf(const cv::Moments& region, const cv::Point& origin,
   dot.shape << region.mu20 / n + square, region.mu11 / n, region.mu11 / n, region.mu02 / n + square;
   const Axes axes = AxesOf(dot.shape);
   if (!(axes.shorter >= limits.axes_ratio_min * axes.longer)) return std::nullopt;
-  // 1 for an ellipse, less for everything else; small ones are blurred by whole pixels.
+  // 1 for an ellipse, less for other shapes; small dots are blurred by the pixels.
   const double filled = n / (std::numbers::pi * axes.longer * axes.shorter);
   if (!(filled >= 0.94 - 1 / n && filled <= 1.03 + 1 / n)) return std::nullopt;
   return dot;

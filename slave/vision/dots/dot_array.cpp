@@ -16,15 +16,16 @@ namespace palpate {
 namespace {
 
 constexpr std::size_t kNeighbours = 8;  // [-] [tuned: IsIdentifiedTurnedShiftedAndTilted]
-// A dot lies within so much of a spacing from where it is expected [-]; half would be the next one.
-// [tuned: MissingAndSpuriousDotsDoNotMixIdentities]
+// Largest distance of a dot from its expected position in spacings [-]; at a half the next dot is
+// as near. [tuned: MissingAndSpuriousDotsDoNotMixIdentities]
 constexpr double kGate = 0.35;
-constexpr double kShift = 2;         // of the whole array, in spacings [-]
-constexpr double kAreaRatio = 2.5;   // of a dot's areas in two images [-]
+constexpr double kShift = 2;         // largest shift of the whole array, in spacings [-]
+constexpr double kAreaRatio = 2.5;   // largest ratio of a dot's areas in two images [-]
 constexpr std::size_t kAnchors = 5;  // [-] [tuned: MissingAndSpuriousDotsDoNotMixIdentities]
-constexpr int kRounds = 12;          // of neighbours that show where the next ones are
+constexpr int kRounds = 12;          // rounds in which found neighbours predict further dots
 
-// So many more dots make a shift more likely than none: spurious ones may look as if they belonged.
+// Number of additional dots that make a shift more likely than none, because spurious dots may fit
+// by chance.
 int Slack(std::size_t dots) {
   return static_cast<int>(dots / 12);
 }
@@ -33,9 +34,9 @@ bool Alike(double area, double other) {
   return area < kAreaRatio * other && other < kAreaRatio * area;
 }
 
-// Extrapolates a point from its neighbours' motion: least squares of an affine map, the nearer ones
-// weigh more. Collinear neighbours, or fewer than three, determine no motion across their line:
-// there they shift as one.
+// Extrapolates a point from its neighbours' motion: a weighted least-squares affine map, in which
+// nearer ones have more weight. Collinear neighbours, or fewer than three, do not determine
+// deformation across their line; there only a shift is used.
 class AffineMotion {
  public:
   explicit AffineMotion(const Eigen::Vector2d& point) : point_(point) {}
@@ -51,7 +52,7 @@ class AffineMotion {
     motion_d_ += weight * motion * d.transpose();
   }
   [[nodiscard]] int count() const { return count_; }
-  // The present position of the point; no neighbour: NaN.
+  // Returns the present position of the point; NaN without neighbours.
   [[nodiscard]] Eigen::Vector2d Now() const {
     const Eigen::Vector2d d = d_ / sum_, motion = motion_ / sum_;
     const Eigen::Matrix2d ridge = 1e-6 * dd_.trace() * Eigen::Matrix2d::Identity();
@@ -68,7 +69,7 @@ class AffineMotion {
   Eigen::Matrix2d dd_ = Eigen::Matrix2d::Zero(), motion_d_ = Eigen::Matrix2d::Zero();
 };
 
-// Indices of the layout, those nearest to `p` first.
+// Returns the layout's indices, nearest to `p` first.
 std::vector<int> ByDistance(const std::vector<Eigen::Vector2d>& layout, const Eigen::Vector2d& p) {
   std::vector<int> order(layout.size());
   std::iota(order.begin(), order.end(), 0);
@@ -85,7 +86,7 @@ Eigen::Vector2d MeanOf(const std::vector<Eigen::Vector2d>& layout) {
 }
 
 bool IsCollinear(const std::vector<Eigen::Vector2d>& layout) {
-  constexpr double kFlat = 1e-3;  // width of the array over its length [-]
+  constexpr double kFlat = 1e-3;  // ratio of width and length of a flat array [-]
   const Eigen::Vector2d mean = MeanOf(layout);
   Eigen::Matrix2d spread = Eigen::Matrix2d::Zero();
   for (const Eigen::Vector2d& p : layout) spread += (p - mean) * (p - mean).transpose();
@@ -122,8 +123,8 @@ DotArray::DotArray(std::vector<Eigen::Vector2d> layout) : layout_(std::move(layo
 
 struct DotArray::Image {
   std::span<const Dot> dots;
-  Places places;                 // where the array's dots are expected
-  std::vector<double> spacings;  // of those places
+  Places places;                 // expected positions of the array's dots
+  std::vector<double> spacings;  // local spacings at those places
   std::span<const double> areas;
 };
 
@@ -152,7 +153,8 @@ int DotArray::Identify(std::span<const Dot> dots, std::span<const Eigen::Vector2
   return most;
 }
 
-// From the anchor and its neighbours outwards: those that are found show where the next ones are.
+// Identifies dots from the anchor and its neighbours outwards; found dots predict the position of
+// the next ones.
 int DotArray::Grow(const Image& image, std::size_t anchor, const Eigen::Vector2d& shift,
                    std::vector<int>* picks) const {
   Places expected(size(), Eigen::Vector2d::Constant(std::nan("")));
@@ -169,7 +171,7 @@ int DotArray::Grow(const Image& image, std::size_t anchor, const Eigen::Vector2d
   return found;
 }
 
-// Where the neighbours of each dot put it.
+// Returns the position of each dot predicted from its neighbours.
 DotArray::Places DotArray::Adapted(const Image& image, const std::vector<int>& picks) const {
   Places now = image.places;
   std::vector<char> seen(size());
@@ -182,7 +184,8 @@ DotArray::Places DotArray::Adapted(const Image& image, const std::vector<int>& p
   return adapted;
 }
 
-// The nearest dot within the gate of each place; of two places the nearer one keeps it.
+// Assigns to each place the nearest dot within the gate; if two places claim a dot, the nearer one
+// gets it.
 int DotArray::Assign(const Image& image, const Places& expected, std::vector<int>* picks) const {
   picks->assign(size(), kNoDot);
   std::vector<int> owners(image.dots.size(), kNoDot);
@@ -230,7 +233,7 @@ double DotArray::Spacing(std::size_t k, std::span<const Eigen::Vector2d> places)
   double nearest = std::numeric_limits<double>::infinity();
   for (const int j : neighbours_[k]) {
     const double distance = (places[Index(j)] - places[k]).norm();
-    if (distance < nearest) nearest = distance;  // not finite: not less
+    if (distance < nearest) nearest = distance;  // false for values that are not finite
   }
   return std::isfinite(nearest) ? nearest : 0;
 }

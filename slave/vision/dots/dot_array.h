@@ -1,4 +1,5 @@
-// Assigns the dots of an image to the dots of a known array: paper C, 3.2, which leaves this open.
+// Assigns the dots of an image to the dots of a known array; paper C, 3.2, does not describe this
+// step.
 #pragma once
 
 #include <span>
@@ -20,10 +21,10 @@ class DotArray {
   // collinear, not finite.
   explicit DotArray(std::vector<Eigen::Vector2d> layout);
 
-  // The dots near `places`, where the array's dots are expected [px], one each, with an area within
-  // a factor of 2.5 of `areas` (0: any). The array may be shifted against `places` as a whole by
-  // two spacings, and turned and stretched so that neighbours keep their order. `picks` gets for
-  // each dot of the array the index in `dots`, or kNoDot. Returns the number of assigned dots.
+  // Finds the dots of the array near their expected positions `places` [px], with an area within a
+  // factor of 2.5 of `areas` (0: any). The whole array may be shifted by two spacings, rotated and
+  // stretched so that neighbours keep their order. `picks` gets for each dot of the array the index
+  // in `dots`, or kNoDot. Returns the number of assigned dots.
   int Identify(std::span<const Dot> dots, std::span<const Eigen::Vector2d> places,
                std::span<const double> areas, std::vector<int>* picks) const;
   // Returns the expected position of dot `k`, from the motion of its visible neighbours (an affine
@@ -35,7 +36,7 @@ class DotArray {
   [[nodiscard]] double Spacing(std::size_t k, std::span<const Eigen::Vector2d> places) const;
 
   [[nodiscard]] std::size_t size() const { return layout_.size(); }
-  // Its neighbours, nearest first, up to eight.
+  // Returns the neighbours of dot `k`, nearest first, up to eight.
   [[nodiscard]] const std::vector<int>& neighbours(std::size_t k) const { return neighbours_[k]; }
 
  private:
@@ -49,7 +50,7 @@ class DotArray {
 
   Places layout_;
   std::vector<std::vector<int>> neighbours_;
-  std::vector<std::size_t> anchors_;  // from the middle outwards
+  std::vector<std::size_t> anchors_;  // from the centre outwards
 };
 
 }  // namespace palpate

@@ -15,8 +15,8 @@ namespace {
 // Darkest and lightest level are found on a raster, in a square about as wide as two dots.
 // [px], [raster] [tuned: CentroidsOfEllipsesWithoutNoiseAreExact]
 constexpr int kRaster = 4, kSquare = 9;
-// Around the region of a dot, so that its own window shows ground on all sides [px]. [tuned:
-// LightThatFallsAcrossTheImageLosesNoDot]
+// Margin around the region of a dot, so that its window contains background on all sides [px].
+// [tuned: LightThatFallsAcrossTheImageLosesNoDot]
 constexpr int kMargin = 3;
 
 bool IsGrey(const cv::Mat& image) {
@@ -44,8 +44,8 @@ bool DotFinder::Find(const cv::Mat& image, std::vector<Dot>* dots) noexcept try 
   dots->clear();
   if (!IsGrey(image)) return false;
   Binarise(image);
-  // connectedComponentsWithStats takes 20 times as long, in threads of its own.
-  std::vector<cv::Vec4i> hierarchy;  // the last: the region whose hole this is
+  // Uses contours, because connectedComponentsWithStats takes 20 times as long and starts threads.
+  std::vector<cv::Vec4i> hierarchy;  // the last entry is the region that contains this hole
   cv::findContours(binary_, regions_, hierarchy, cv::RETR_CCOMP, cv::CHAIN_APPROX_NONE);
   for (std::size_t k = 0; k < regions_.size() && dots->size() < params_.most; ++k) {
     if (hierarchy[k][3] >= 0) continue;
@@ -59,9 +59,8 @@ bool DotFinder::Find(const cv::Mat& image, std::vector<Dot>* dots) noexcept try 
   return false;
 }
 
-// The level half way between the darkest and the lightest one nearby separates a dot from its
-// ground. The mean that cv::adaptiveThreshold takes does not where the ground becomes lighter
-// beside a dot.
+// The threshold is halfway between the darkest and the lightest level nearby. The mean in
+// cv::adaptiveThreshold fails where the background becomes lighter beside a dot.
 void DotFinder::Binarise(const cv::Mat& image) {
   const cv::Size raster((image.cols + kRaster - 1) / kRaster, (image.rows + kRaster - 1) / kRaster);
   const auto square = [](int edge) {
@@ -90,8 +89,7 @@ bool DotFinder::MayBeDot(const cv::Rect& box, const cv::Size& image) const {
          !TouchesEdge(box, image);
 }
 
-// Uses as threshold the level half way between the darkest and the lightest of the region's
-// surroundings.
+// Uses as threshold the level halfway between the darkest and the lightest one around the region.
 std::optional<Dot> DotFinder::Measure(const cv::Mat& image, const cv::Rect& box) {
   const cv::Rect around(box.x - kMargin, box.y - kMargin, box.width + 2 * kMargin,
                         box.height + 2 * kMargin);

@@ -18,7 +18,7 @@ class DotFinder {
   struct Params {
     DotTone tone = DotTone::kDark;
     DotShapeLimits limits;
-    std::size_t most = 1024;  // no more dots than this are reported
+    std::size_t most = 1024;  // largest number of reported dots
   };
   // Throws std::invalid_argument naming the parameter.
   explicit DotFinder(const Params& params);
@@ -31,7 +31,7 @@ class DotFinder {
   void set_tone(DotTone tone) { params_.tone = tone; }
 
  private:
-  using Regions = std::vector<std::vector<cv::Point>>;  // by their outlines
+  using Regions = std::vector<std::vector<cv::Point>>;  // outlines of the regions
 
   void Binarise(const cv::Mat& image);
   [[nodiscard]] bool MayBeDot(const cv::Rect& box, const cv::Size& image) const;

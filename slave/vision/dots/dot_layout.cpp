@@ -13,7 +13,7 @@ namespace {
 
 struct Choice {
   std::vector<Eigen::Vector2d> points;  // nearest first
-  bool symmetric = false;               // no point as far out as the last is left out
+  bool symmetric = false;  // whether all points at the distance of the last one are included
 };
 
 Choice Nearest(int count, const Eigen::Vector2d& spacing, const Eigen::Vector2d& centre) {

@@ -10,9 +10,9 @@
 namespace palpate {
 
 // `count` points of the lattice `spacing` [m] that lie nearest to the origin, row by row (y, then
-// x, rising). Of the lattices centred on a point, on the middle of an edge and on the middle of a
-// cell, that one whose points complete a symmetric figure; 31 points 15 by 10 mm are seven rows of
-// 3, 5, 5, 5, 5, 5, 3 within 36.1 mm. Throws std::invalid_argument: count < 1, spacing not > 0.
+// x, rising). The lattice is centred on a point, on the midpoint of an edge or on the centre of a
+// cell, such that the points form a symmetric figure; 31 points 15 by 10 mm are seven rows of 3, 5,
+// 5, 5, 5, 5, 3 within 36.1 mm. Throws std::invalid_argument: count < 1, spacing not > 0.
 std::vector<Eigen::Vector2d> LatticePlaces(int count, const Eigen::Vector2d& spacing);
 
 // The array of a scene: its file `layout` (CSV with columns x, y [m]) or its lattice. Throws

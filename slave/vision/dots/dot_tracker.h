@@ -26,8 +26,8 @@ class DotTracker {
     bool any_tone = true;   // use the polarity that shows the array, independent of `finder`
     double min_seen = 0.6;  // share of the array that must be there at first; later half of it
   };
-  // `projected`: where the camera sees the layout at rest [px], within half a spacing or so. Throws
-  // as DotFinder and DotArray do.
+  // `projected`: positions of the layout at rest in the image [px], accurate to about half a
+  // spacing. Throws as DotFinder and DotArray do.
   DotTracker(std::vector<Eigen::Vector2d> layout, std::vector<Eigen::Vector2d> projected,
              const Params& params);
 
@@ -54,7 +54,7 @@ class DotTracker {
   DotArray array_;
   std::vector<Eigen::Vector2d> projected_;  // at rest [px]
   std::vector<Eigen::Vector2d> places_;     // in the last image [px]
-  std::vector<double> areas_;               // when last seen [px^2]; 0: never
+  std::vector<double> areas_;               // area when last seen [px^2]; 0: never seen
   std::vector<SightedDot> dots_;
   int seen_ = 0;
   bool found_ = false;

@@ -6,15 +6,16 @@
 namespace palpate {
 namespace {
 
-constexpr double kForeign = 0.2;  // share of a ring or sector that may be darker than ground
+// Largest fraction of a ring or sector that may be darker than the background.
+constexpr double kForeign = 0.2;
 // Sectors of an arc to start from. [-] [tuned: AnEdgeBesideADotDoesNotPullItInNoise]
 constexpr int kMinArc = 9;
-constexpr int kStep = 2;  // from one to the next
-// Variance of a whole ring over that of its quietest arc, by chance [-]. [tuned:
-// WhatNeighboursShareIsSeen]
+constexpr int kStep = 2;  // sectors from one start to the next
+// Ratio of the variance of a whole ring to that of its quietest arc that may occur by chance [-].
+// [tuned: WhatNeighboursShareIsSeen]
 constexpr double kNoisier = 1.5;
-constexpr double kUnlike = 3;      // sectors' means, in sigma
-constexpr double kUneven = 3;      // a sector's variance against the arc's
+constexpr double kUnlike = 3;      // largest difference of sectors' means [sigma]
+constexpr double kUneven = 3;      // largest ratio of a sector's variance to the arc's
 constexpr double kRounding = 0.3;  // [levels] [derived: whole numbers, 0.29 rms]
 
 }  // namespace
@@ -62,7 +63,7 @@ bool GroundRing::FitArc(int first, int count) noexcept {
   return fits;
 }
 
-// At both ends, as far as the next sector lies in the plane.
+// Extends the arc at both ends while the next sector fits the plane.
 void GroundRing::Grow(int first, int count) noexcept {
   FitArc(first, count);
   for (bool grown = true; grown && count < kSectors;) {
@@ -80,7 +81,7 @@ void GroundRing::Grow(int first, int count) noexcept {
   }
 }
 
-// A sector beyond the image's edge is not ground, and hides nothing.
+// A sector outside the image is not background, and nothing is hidden in it.
 bool GroundRing::IsGround(const Sector& sector) const noexcept {
   if (sector.seen == 0) return true;
   const GroundPlane& s = sector.sums;
@@ -90,7 +91,7 @@ bool GroundRing::IsGround(const Sector& sector) const noexcept {
   const double squares = s.vv + level0 * level0 * s.n + gx * gx * s.xx + gy * gy * s.yy +
                          2 * (level0 * gx * s.x + level0 * gy * s.y + gx * gy * s.xy) -
                          2 * (level0 * s.v + gx * s.xv + gy * s.yv);
-  // The plane is itself uncertain where it is carried on.
+  // The extrapolated plane is itself uncertain.
   const double reach = (s.xx + s.yy) / s.n;
   const double mean_variance =
       plane_.variance * (1 / s.n + 1 / plane_.n) + plane_.slope_variance * reach;
@@ -98,7 +99,7 @@ bool GroundRing::IsGround(const Sector& sector) const noexcept {
          squares / s.n < kUneven * plane_.variance + off * off + kRounding;
 }
 
-// Deviation of the sums' pixels from the plane [levels].
+// Returns the mean deviation of the pixels from the plane [levels].
 double GroundRing::MeanOff(const GroundPlane& sums) const noexcept {
   return (sums.v - plane_.level0 * sums.n - plane_.gx * sums.x - plane_.gy * sums.y) / sums.n;
 }

@@ -1,4 +1,4 @@
-// The light ground about a dot, from a ring of pixels part of which may be something else.
+// The light ground around a dot, from a ring of pixels that may partly show another object.
 #pragma once
 
 #include <array>

@@ -15,8 +15,8 @@
 namespace palpate {
 namespace {
 
-// Neighbours are as far from each other as the layout says, within so much: a membrane stretches
-// little, but an array taken for its own shifted copy lies at another depth, and has another size.
+// Tolerance of the distances between neighbours relative to the layout: a membrane stretches
+// little, but an array that is matched to its shifted copy has another depth and size.
 constexpr double kSizeTolerance = 0.12;
 
 bool Fits(const cv::Mat& image, const Lens& lens) {
@@ -42,7 +42,7 @@ StereoDots::Params Checked(StereoDots::Params params) {
   return params;
 }
 
-// The dots of the array at rest, seen by the left and the right camera [px].
+// Returns the image positions of the array's dots at rest in the left and the right camera [px].
 std::array<std::vector<Eigen::Vector2d>, 2> Projected(const StereoDots::Params& params) {
   const Eigen::Isometry3d X_LO = params.X_SL.inverse() * params.X_SO;
   std::array<std::vector<Eigen::Vector2d>, 2> places;
@@ -113,8 +113,8 @@ const SurfaceObservation& StereoDots::Observe(const cv::Mat& left, const cv::Mat
   return observation_;
 }
 
-// Twice: the first places say how the dots are tilted, which the second ones take into account.
-// False: what is seen is not the array.
+// Computes the positions twice: the first ones determine the tilts of the dots, which the second
+// ones include. False: the dots are not the array.
 bool StereoDots::Locate() {
   const Eigen::Vector3d flat = Eigen::Vector3d::Zero();
   int both = 0, met = 0;
@@ -133,7 +133,7 @@ bool StereoDots::Locate() {
   return true;
 }
 
-// `n_L`: of the dot; zero: its tilt is not known, and not corrected.
+// `n_L`: normal of the dot; zero: its tilt is unknown and not corrected.
 std::optional<Triangulated> StereoDots::Place(std::size_t k,
                                               const Eigen::Vector3d& n_L) const noexcept {
   const Dot& left = trackers_[0].dots()[k].dot;
@@ -154,8 +154,8 @@ std::optional<Triangulated> StereoDots::Place(std::size_t k,
   return Triangulate(params_.rig, left_I, right_I, sigma);
 }
 
-// Coefficients of the plane through the neighbours: least squares of places against the layout's x
-// and y.
+// Returns the normal of the plane through the neighbours, by least squares of positions over the
+// layout's x and y.
 Eigen::Vector3d StereoDots::Normal(std::size_t k) const noexcept {
   Eigen::Matrix2d D = Eigen::Matrix2d::Zero();
   Eigen::Matrix<double, 3, 2> P = Eigen::Matrix<double, 3, 2>::Zero();
@@ -205,7 +205,7 @@ void StereoDots::TakeRest() noexcept {
   }
 }
 
-// With the layout.
+// Compares the baseline with the layout.
 void StereoDots::CompareRest() noexcept {
   const Eigen::Isometry3d X_OS = params_.X_SO.inverse();
   Eigen::Vector2d aside(0, 0);

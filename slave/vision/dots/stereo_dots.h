@@ -26,9 +26,9 @@ class StereoDots {
         Eigen::Isometry3d::Identity();    // pose at rest, to about half a spacing of the dots
     std::vector<Eigen::Vector2d> layout;  // of the dots, frame O [m]
     double dot_radius = 0.002;            // [m]
-    double sigma_px = 0.1;  // least sigma of a dot's position in an image, per axis [px]
+    double sigma_px = 0.1;  // smallest sigma of a dot's position in an image, per axis [px]
     int rest_images = 10;   // the rest frame is their mean
-    double miss_px = 3;     // the two rays of a dot pass no farther from each other [px]
+    double miss_px = 3;     // largest distance of the two rays of a dot [px]
     DotFinder::Params finder;
   };
   // Throws std::invalid_argument naming the parameter: a lens without focal length or size, no

@@ -11,13 +11,13 @@
 
 namespace palpate {
 
-// The straight image of a lens is a pinhole's of the same size, principal point and mean focal
-// length f = sqrt(fx fy): on a plane that the camera looks straight at, at distance Z, each of its
-// pixels shows Z / f. What the lens sees beyond the image's edge there is lost, as is what lies
-// outside its invertible range; what it does not see repeats the image's edge.
+// The straight image of a lens is that of a pinhole camera with the same size, principal point and
+// mean focal length f = sqrt(fx fy): on a plane perpendicular to the view at distance Z each pixel
+// shows Z / f. The parts that the lens sees beyond the edge of the straight image, or outside of
+// its invertible range, are lost; pixels that it does not see repeat the image's edge.
 //
-// Bilinear over a table of a 32nd of a pixel (OpenCV's remap): 640 x 480 grey takes about 0.5 ms.
-// Const members are thread-safe.
+// Bilinear with a table of 1/32 pixel (OpenCV's remap): 640 x 480 grey takes about 0.5 ms. Const
+// members are thread-safe.
 class LensWarp {
  public:
   // Undistorts an image of the lens; and the reverse, for a simulated lens.

@@ -8,15 +8,15 @@
 namespace palpate {
 namespace {
 
-// Rays less than about 1e-7 rad apart say nothing of depth.
-// Squared sine of the angle of parallel rays [-]. [derived: rounding]
+// Squared sine of the angle below which rays are parallel and give no depth [-], about 1e-7 rad.
+// [derived: rounding]
 constexpr double kParallel = 1e-14;
 // Newton steps, of which a few are needed [-]. [derived: they converge quadratically]
 constexpr int kMaxSteps = 30;
 
 struct Meeting {
   Eigen::Vector3d p_L;  // between the rays where they are nearest
-  double gap = 0;       // by which the left one lies towards AcrossEpipolar [m]
+  double gap = 0;       // distance of the left ray towards AcrossEpipolar [m]
 };
 
 std::optional<Meeting> NearestOfRays(const StereoRig& rig, const Eigen::Vector2d& left,
@@ -158,7 +158,7 @@ std::optional<Triangulated> Triangulate(const StereoRig& rig, const Eigen::Vecto
   Triangulated out;
   out.p_L = meeting->p_L;
   out.miss_px = meeting->gap * std::sqrt(rig.left.fx * rig.left.fy) / meeting->p_L.z();
-  // From the rays' middle the nearest place in the images is a step or two away.
+  // Starts at the midpoint between the rays; one or two steps are sufficient.
   Eigen::Matrix3d inverse;
   for (int i = 0; i < kMaxSteps; ++i) {
     const auto normal = Misses(rig, out.p_L, left_I, right_I);

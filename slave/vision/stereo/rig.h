@@ -53,13 +53,13 @@ struct Triangulated {
   // AcrossEpipolar.
   double miss_px = 0;
 };
-// The point whose projections are nearest to both, with its covariance for `sigma_px` per axis.
-// nullopt: rays that do not meet in front of both cameras, parallel rays, not finite.
+// Returns the point whose projections are nearest to both, with its covariance for `sigma_px` per
+// axis. nullopt: rays that do not meet in front of both cameras, parallel rays, not finite.
 std::optional<Triangulated> Triangulate(const StereoRig& rig, const Eigen::Vector2d& left_I,
                                         const Eigen::Vector2d& right_I, double sigma_px) noexcept;
 
-// Unit direction in the left image across the epipolar line through `left_I`, with the same sense
-// for all points: downwards if the right camera is to the right. Without distortion.
+// Returns the unit direction in the undistorted left image across the epipolar line through
+// `left_I`, with the same sense for all points: downwards if the right camera is to the right.
 Eigen::Vector2d AcrossEpipolar(const StereoRig& rig, const Eigen::Vector2d& left_I) noexcept;
 
 // The distortion of a Lens and its derivative, for inversion and fitting. OpenCV's model: with r^2
@@ -81,12 +81,12 @@ bool ProjectWithJacobian(const Lens& lens, const Eigen::Vector3d& p_C, Eigen::Ve
 
 // Returns the bias of a tilted dot's image, whose centroid is not the image of the dot's centre:
 // centroid of the image of a flat disc minus the image of its centre [px]. A line l of the image (a
-// plane through the eye with normal l) touches the disc's edge where
+// plane through the camera's centre with normal l) touches the disc's edge where
 //   (l . c)^2 = r^2 (l . l - (l . n)^2),
 // so the dual conic is c c' - r^2 (I - n n'), and the ellipse's centre is its last column. For a
-// pinhole this is exact (reference g: x_e = -r^2 sin cos / (Z^2 - r^2 sin^2)); the lens's
-// distortion is taken as it is at the ellipse's centre. `p_C` centre [m], `n_C` unit normal, camera
-// frame, `radius` [m]. nullopt: behind the camera, or the disc reaches the eye's plane.
+// pinhole this is exact (reference g: x_e = -r^2 sin cos / (Z^2 - r^2 sin^2)); the distortion is
+// that at the ellipse's centre. `p_C` centre [m], `n_C` unit normal, camera frame, `radius` [m].
+// nullopt: behind the camera, or the disc reaches the plane of the camera's centre.
 std::optional<Eigen::Vector2d> CircleCentroidBias(const Lens& lens, const Eigen::Vector3d& p_C,
                                                   const Eigen::Vector3d& n_C,
                                                   double radius) noexcept;

@@ -36,8 +36,8 @@
 namespace palpate {
 namespace {
 
-// Accepted values, beyond what any rig has [by definition]: size of an image [px] and of a file
-// [bytes].
+// Limits of accepted values, larger than for any rig [by definition]: size of an image [px] and of
+// a file [bytes].
 constexpr int kMaxImage = 16384;
 constexpr std::uintmax_t kMaxFile = 1 << 20;  // [by definition]
 // Focal length [px], distance of the cameras [m], and the largest centre of an image [px],
@@ -195,7 +195,7 @@ class RigReader {
       Refuse(at + "camera_matrix: expected [fx, 0, cx, 0, fy, cy, 0, 0, 1]");
     }
     const std::vector<double> d = matrix({"distortion_coefficients", "D", "d"});
-    const bool is_message = Has(map, "width");  // where none are no distortion
+    const bool is_message = Has(map, "width");  // there missing coefficients mean no distortion
     if (d.size() < 4 && !(is_message && d.empty()))
       Refuse(at + "distortion_coefficients: expected k1 k2 p1 p2 [k3]");
     for (std::size_t i = 0; i < d.size(); ++i) {

@@ -6,9 +6,10 @@ namespace palpate {
 namespace {
 
 constexpr double kClosest = 20;  // [1/baselines] [derived: nearer than any lens focuses]
-constexpr int kHalvings = 40;    // of one step
+constexpr int kHalvings = 40;    // halvings of one step
 
-// The window at the line's place, as a piece of surface that faces the first camera is seen.
+// Returns the warp of the window at a position on the line, for a surface that faces the first
+// camera.
 std::optional<PatchWarp> WarpAt(const EpipolarLine& line, const PatchWarp& seen) noexcept {
   constexpr double kArm = 4;  // [px]
   if (!line.in_image()) return std::nullopt;
@@ -35,7 +36,7 @@ EpipolarLine::EpipolarLine(const Lens& from, const Lens& to, const Eigen::Isomet
       t_TF_(X_TF.translation().normalized()),
       ray_(RayOf(from, p_F)) {}
 
-// Along ray + q t: projecting does not ask how far away a point is, so infinity is a place.
+// Projects ray + q t, which is independent of the distance, so that infinity is possible.
 std::optional<Eigen::Vector2d> EpipolarLine::Image(const Eigen::Vector2d& ray,
                                                    double q) const noexcept {
   return Project(to_, R_TF_ * ray.homogeneous() + q * t_TF_);
@@ -50,8 +51,9 @@ bool EpipolarLine::IsInside(const Eigen::Vector2d& p) const {
   return p.minCoeff() >= -0.5 && p.x() <= to_.size[0] - 0.5 && p.y() <= to_.size[1] - 0.5;
 }
 
-// All of the image lies behind, even its corner farthest along the way. (Moving away from the
-// nearest point would do for a straight line; a bowed one comes back over the edge.)
+// Returns whether the whole image is behind the position, including its farthest corner.
+// (Increasing distance would be sufficient for a straight line, but a bowed one returns over the
+// edge.)
 bool EpipolarLine::Leaves(const Eigen::Vector2d& from, const Eigen::Vector2d& to) const {
   const Eigen::Vector2d way = to - from;
   const Eigen::Vector2d corner(way.x() > 0 ? to_.size[0] - 0.5 : -0.5,
@@ -100,9 +102,9 @@ std::optional<PatchWarp> SearchEpipolar(const Lens& from, const Lens& to,
                                         const Eigen::Isometry3d& X_TF, const PatchWarp& seen,
                                         PatchAligner& window, const ImagePyramid& image, int level,
                                         const EpipolarOptions& options) noexcept {
-  const double step = 1 << level;  // a pixel of the level
-  const double apart = 3 * step;   // another peak, not this one's slope
-  // The longest line crosses the image; what it walks outside is bounded by the same.
+  const double step = 1 << level;  // one pixel at this level
+  const double apart = 3 * step;   // distance beyond which a peak counts as another one
+  // The longest line crosses the image; its part outside has the same limit.
   const int max_steps = 4 * (to.size[0] + to.size[1]);
   EpipolarLine line(from, to, X_TF, seen.p);
 

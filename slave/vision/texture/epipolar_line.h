@@ -12,9 +12,9 @@
 
 namespace palpate {
 
-// Depths need no bounds: the search goes from infinity to where the line leaves the other image. A
-// position on the line is given by q = baseline / depth, whose projections are nearly evenly
-// spaced. Real-time safe. The lenses must outlive it.
+// The depth is not limited: the search extends from infinity to the point where the line leaves the
+// other image. The position on the line is q = baseline / depth, whose projections are nearly
+// evenly spaced. Real-time safe. The lenses must outlive it.
 class EpipolarLine {
  public:
   // `p_F` in the image of `from` [px]; X_TF: p_to = X_TF p_from.
@@ -46,14 +46,15 @@ class EpipolarLine {
   double q_ = 0, dq_ = 0;
 };
 
-// The smallest depth on the left camera's axis that the right one sees too [m]: a disparity of half
-// the image if the axes are parallel. nullopt: it sees nothing of that axis.
+// Returns the smallest depth on the left camera's axis that is visible in the right camera [m]: for
+// parallel axes a disparity of half the image. nullopt: no part of that axis is visible.
 std::optional<double> NearestInBoth(const StereoRig& rig) noexcept;
 
 // Finds a window of one camera in the other's image: along the possible projections of its ray.
 struct EpipolarOptions {
   double min_correlation = 0.7;  // at the coarse level
-  double min_margin = 0.03;  // ratio to the best score elsewhere: ambiguous matches are rejected
+  // Smallest margin over the best score elsewhere; ambiguous matches are rejected.
+  double min_margin = 0.03;
 };
 
 // `seen` in the image of `from`; its window on `level` is searched in `image`, taken by `to`,

@@ -23,7 +23,7 @@ void GreyRow(const std::uint8_t* bgr, std::uint8_t* grey, int width) {
   }
 }
 
-// Mean of 2 x 2; an odd last row or column is left out.
+// Halves an image by the mean of 2 x 2 pixels; an odd last row or column is dropped.
 void Halve(const cv::Mat& from, cv::Mat& to) {
   for (int y = 0; y < to.rows; ++y) {
     const auto *a = from.ptr<std::uint8_t>(2 * y), *b = from.ptr<std::uint8_t>(2 * y + 1);

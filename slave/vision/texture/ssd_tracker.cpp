@@ -15,7 +15,7 @@ using Freedom = PatchAligner::Freedom;
 
 constexpr int kMinEdge = 9;           // of a window [px] [tuned: WhatCannotBeIsRefusedAtOnce]
 constexpr double kCoarseMatch = 0.6;  // correlation below which a coarse position is rejected
-constexpr int kNearby = 12;           // searched where the way down misled [px]
+constexpr int kNearby = 12;           // search radius if the coarse levels were misleading [px]
 constexpr int kSearchesPerImage = 4;
 
 void Check(const SsdOptions& options) {
@@ -30,7 +30,8 @@ void Check(const SsdOptions& options) {
   Require(options.search_radius >= 0, "search_radius", options.search_radius, ">= 0", " px");
 }
 
-// The fine window's part of the image, but never less than the smallest edge.
+// Makes templates for coarse levels that cover the same part of the image as the fine window, but
+// at least the smallest edge.
 std::vector<PatchAligner> TemplatesFor(int window, int levels) {
   std::vector<PatchAligner> templates;
   for (int l = 0; l < levels; ++l) {
@@ -61,7 +62,7 @@ SsdTracker::SsdTracker(const cv::Mat& first, const std::vector<Eigen::Vector2d>&
 SsdTracker SsdTracker::InOtherCamera(const cv::Mat& image) const {
   SsdTracker other = *this;
   other.options_.search_radius = 0;
-  const int levels = static_cast<int>(back_.size());  // those that have templates
+  const int levels = static_cast<int>(back_.size());  // number of levels with templates
   other.now_ = ImagePyramid(image, levels);
   other.before_ = ImagePyramid(image, levels);
   if (other.now_.levels() < levels) {
@@ -73,7 +74,7 @@ SsdTracker SsdTracker::InOtherCamera(const cv::Mat& image) const {
   return other;
 }
 
-// The fine template decides; a coarse one without texture is left out of the way down.
+// The fine template is required; coarse levels without texture are skipped.
 bool SsdTracker::Cut(Templates& templates, const PatchWarp& warp) noexcept {
   for (std::size_t l = templates.size(); l-- > 1;) {
     const int level = static_cast<int>(l);
@@ -141,8 +142,8 @@ bool SsdTracker::ReturnsToStart(const PatchWarp& now, const PatchWarp& before) n
   return false;
 }
 
-// Down the pyramid from where it should be, and from where it was; where fine texture misled both,
-// from the best of all places nearby.
+// Tracks down the pyramid from the predicted position and from the last one; if both fail, from the
+// best of all positions nearby.
 bool SsdTracker::Follow(TrackedWindow& window, Memory& memory) noexcept {
   const PatchWarp before = window.warp;
   const PatchWarp predicted{before.A, before.p + memory.velocity};
@@ -183,7 +184,7 @@ const std::vector<TrackedWindow>& SsdTracker::Track(const cv::Mat& image) noexce
   }
   for (std::size_t i = 0; i < windows_.size(); ++i) {
     TrackedWindow& window = windows_[i];
-    // An image that could not be read is jumped over: the image before is the last good one.
+    // An unreadable image is skipped: the previous image is the last good one.
     const bool follows =
         window.seen() || (window.state == WindowState::kBadImage && memories_[i].lost_for == 0);
     if (window.state == WindowState::kNoTexture || !follows) continue;

@@ -1,8 +1,8 @@
 // Follows windows of texture through the images of one camera (paper C, 5.2).
 //
-// A window is always searched as it was in the first image, from coarse to fine, so that its
-// position does not drift. Each match must lead back to where the window was in the image before.
-// A lost window is searched around its last position, wider with every image.
+// The template of a window is always that of the first image, searched from coarse to fine, so that
+// its position does not drift. Each match must be confirmed by tracking back to the previous image.
+// A lost window is searched around its last position, in a radius that grows with every image.
 #pragma once
 
 #include <cstdint>
@@ -17,13 +17,14 @@
 namespace palpate {
 
 struct SsdOptions {
-  int window = 31;                  // edge [px], odd, 9 to 255
-  int levels = 3;                   // of the pyramid, 1 to 6
-  double min_correlation = 0.8;     // of a window that is still the same, (0, 1)
-  double refind_correlation = 0.9;  // score of a window that was lost, (0, 1)
+  int window = 31;               // edge [px], odd, 9 to 255
+  int levels = 3;                // of the pyramid, 1 to 6
+  double min_correlation = 0.8;  // of a window that is still the same, (0, 1)
+  // Smallest score at which a lost window is accepted again, (0, 1).
+  double refind_correlation = 0.9;
   double max_return_miss =
       0.5;                 // distance after tracking back, in pixels of the previous image [px]
-  int search_radius = 96;  // of lost windows, at most [px]
+  int search_radius = 96;  // largest search radius for lost windows [px]
 };
 
 enum class WindowState : std::uint8_t {

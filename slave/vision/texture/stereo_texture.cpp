@@ -39,7 +39,7 @@ StereoTexture::StereoTexture(const StereoRig& rig, const Eigen::Isometry3d& X_SL
                              const StereoTextureOptions& options)
     : rig_(rig), X_RL_(rig.X_RL), X_LR_(rig.X_RL.inverse()), X_SL_(X_SL), options_(options) {
   Check(options);
-  SsdTracker(cv::Mat::zeros(64, 64, CV_8UC1), {}, options.ssd);  // refuses what it does not accept
+  SsdTracker(cv::Mat::zeros(64, 64, CV_8UC1), {}, options.ssd);  // checks the options
 }
 
 StereoTexture::~StereoTexture() = default;
@@ -55,7 +55,7 @@ bool StereoTexture::Start(const cv::Mat& left, const cv::Mat& right) {
   back_ = std::make_unique<PatchAligner>(first->Template(0, level_).edge());
   has_rest_.assign(at.size(), false);
   observation_.points.assign(at.size(), {});
-  left_ = std::move(first);  // both or none: whatever throws does so before
+  left_ = std::move(first);  // no exceptions from here on, so that both are set or none
   right_ = std::move(second);
   bool any = false;
   for (std::size_t i = 0; i < at.size(); ++i) {
@@ -86,7 +86,7 @@ void StereoTexture::RelocateLostSide(std::size_t i) noexcept {
   if (there && other.Place(i, *there) && !ReturnsToStart(i, to_left)) other.Lose(i);
 }
 
-// The window as the found image shows it must be found where the other one has it.
+// Returns whether the window in the found image is found again at its position in the other image.
 bool StereoTexture::ReturnsToStart(std::size_t i, bool to_left) noexcept {
   const PatchWarp &l = left_->windows()[i].warp, &r = right_->windows()[i].warp;
   const PatchWarp &found = to_left ? l : r, &known = to_left ? r : l;
@@ -100,7 +100,7 @@ bool StereoTexture::ReturnsToStart(std::size_t i, bool to_left) noexcept {
                                              right_->image(), level_, best_alone)
                             : SearchEpipolar(rig_.right, rig_.left, X_LR_, found, *back_,
                                              left_->image(), level_, best_alone);
-  const double max_miss = 2 * (1 << level_);  // [px]: the search's own steps
+  const double max_miss = 2 * (1 << level_);  // [px]; step of the search
   return home && (home->p - known.p).norm() <= max_miss;
 }
 
@@ -109,12 +109,12 @@ bool StereoTexture::Locate(std::size_t i) noexcept {
   point.seen = false;
   const TrackedWindow &l = left_->windows()[i], &r = right_->windows()[i];
   if (!l.seen() || !r.seen()) return false;
-  // The worse of the two images' axes, never better than the scene says.
+  // Uses the worse axis of both images, but at least the scene's value.
   const double variance = std::max(l.covariance.trace(), r.covariance.trace()) / 2;
   const double sigma = std::max(options_.sigma, std::sqrt(variance));
   const auto met = Triangulate(rig_, l.warp.p, r.warp.p, sigma);
   if (!met || std::abs(met->miss_px) > options_.max_miss) {
-    right_->Lose(i);  // the templates are the left camera's: its window is the better known
+    right_->Lose(i);  // the templates are from the left camera, so its window is more reliable
     return false;
   }
   point.seen = true;

@@ -1,8 +1,8 @@
 // Windows of texture seen by two cameras: points of a surface in space (paper C, 5.2).
 //
-// The left camera's first image gives the templates; both cameras look for the same ones, so that
-// the two places belong to one point. A pair counts where the two rays meet, at any distance, where
-// each image leads to the other, and where nothing else along the line looks alike.
+// The templates are from the left camera's first image. They are searched in both cameras, so that
+// both positions belong to one point. A pair is accepted if the two rays meet, at any distance, if
+// the match is consistent in both directions, and if no other position along the line is similar.
 #pragma once
 
 #include <memory>
@@ -23,7 +23,7 @@ struct StereoTextureOptions {
   std::vector<Eigen::Vector2d>
       at;                 // windows in the first left image [px]; empty: selected automatically
   int count = 31;         // of chosen windows, at most; 1 to 10000
-  double sigma = 0.1;     // least sigma of a position in an image [px], > 0
+  double sigma = 0.1;     // smallest sigma of a position in an image [px], > 0
   double max_miss = 1.5;  // distance of the two rays, in pixels of the left image [px], > 0
   SsdOptions ssd;
   EpipolarOptions search;

@@ -1,5 +1,5 @@
-// coverage: whether the sigma that a sense states is right: how often the truth lies within
-// one and two of it, on presses drawn at random.
+// The program `coverage` checks whether the sigma that a sense reports is right: it draws presses
+// at random and counts how often the true force lies within one sigma and within two sigma.
 #include <cmath>
 #include <cstdint>
 #include <cstdio>
@@ -34,7 +34,7 @@ Exit codes: 0 the intervals of the `valid` ones' shares (95 %, bootstrap over pr
 73 % and 90 to 99 %; 1 one does not; 2 unusable arguments.)";
 
 constexpr double kEdge = 0.1;  // of a press's largest force
-// What the shares' intervals have to meet: 68 % less and more 5 points, 95 % less 5 and more 4.
+// Limits for the intervals of the shares: 68 % -5 to +5 points, 95 % -5 to +4 points.
 constexpr double kOneLow = 0.63, kOneHigh = 0.73, kTwoLow = 0.90, kTwoHigh = 0.99;
 
 struct Options {
@@ -48,7 +48,7 @@ Phase PhaseOf(const StateRow& row, const robustness::Script& script, std::size_t
               double larger) {
   if (row.validity != Validity::kValid) return Phase::kFlagged;
   if (larger < kEdge) return Phase::kEdge;
-  // A network looks back, a press is at rest once it has.
+  // The network uses a window of past samples, so a press counts as at rest after one window.
   const bool is_at_rest = index > script.hold + (script.back - script.hold) / 4;
   return is_at_rest && index < script.back ? Phase::kStill : Phase::kMoving;
 }

@@ -89,7 +89,7 @@ Overrides Planar(Dice* dice, const StatedMaterial& stated, double wide) {
     scene.push_back(fmt::format("object.fixed={{arc: {{centre: -90 deg, half_angle: {:.9g}}}}}",
                                 dice->Between(0.4, 1.1)));
   }
-  // A disc's frame is in its middle.
+  // A disc's frame is at its centre.
   const double left = kind == 2 ? -0.5 * size : 0, bottom = kind == 2 ? -0.5 * size : 0;
   const double above = 0.06 * size;
   scene.push_back("manipulator.home=" + Vector(left + x, bottom + height + above, 0));
@@ -139,8 +139,8 @@ Overrides Membrane(Dice* dice, const StatedMaterial& stated, double wide) {
   return scene;
 }
 
-// A block between foam and rubber, two fingertips on either side of it, from near an edge to the
-// middle, on their tips, pads or sides.
+// A block whose modulus is between those of foam and rubber. Two fingertips press it from opposite
+// sides, anywhere from near an edge to the centre, with their tips, pads or sides.
 Overrides Pinch(Dice* dice, const StatedMaterial& stated, double wide) {
   const double length = dice->Between(0.04, 0.08), width = dice->Between(0.04, 0.08),
                height = dice->Between(0.045, 0.08);
@@ -163,7 +163,7 @@ Overrides Pinch(Dice* dice, const StatedMaterial& stated, double wide) {
           fmt::format("operator.press.depth={:.9g}", depth)};
 }
 
-// How the fingers' poses are stated wrong: by what the scene says that they may be.
+// Draws the errors of the stated finger poses, of the size that the scene states for them.
 std::vector<Eigen::AngleAxisd> DrawTurns(Dice* dice, const Tactile& tactile) {
   std::vector<Eigen::AngleAxisd> turns;
   for (std::size_t i = 0; i < tactile.fingers.size(); ++i) {
@@ -212,7 +212,7 @@ RandomPress DrawPress(const std::string& sense, std::uint32_t seed, int number) 
   }
   press.modulus_error = stated.tolerance * NormalQuantile(Spread(seed, number));
   scene.object.material.young_modulus *= 1 + press.modulus_error;
-  // The tension at rest that a scene states is off by kTensionStated (relative, one sigma).
+  // The tension at rest in the scene has a relative error of kTensionStated (one sigma).
   const double tension = scene.model.prestress;
   scene.model.prestress *= std::max(0.1, 1 + kTensionStated * dice.Normal());
   if (tension > 0) scene.name += " tight";

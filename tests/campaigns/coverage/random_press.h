@@ -18,9 +18,9 @@ struct RandomPress {
   double modulus_error = 0;           // true over nominal modulus, less 1 [-]
 };
 
-// `sense`: camera, pairs, fingertips. Press `number` of a series: moduli of a series are spread
-// evenly over their distribution, everything else is drawn independently. Throws
-// std::invalid_argument: another sense.
+// Draws press `number` of a series. `sense`: camera, pairs or fingertips; throws
+// std::invalid_argument for any other. The moduli of a series are spread evenly over their
+// distribution; everything else is drawn independently.
 RandomPress DrawPress(const std::string& sense, std::uint32_t seed, int number);
 
 }  // namespace palpate::coverage

@@ -17,7 +17,7 @@ Bands BandsOf(const std::vector<EstimateRow>& rows) {
     for (const EstimateRow& one : rows) sum += of(one);
     return sum / static_cast<double>(rows.size());
   };
-  // Where a sigma of 0 is reported, only the truth itself is within it.
+  // With a reported sigma of 0, only the exact true force counts as within it.
   const auto within = [&](double sigmas) {
     return mean(
         [&](const EstimateRow& t) { return std::abs(t.error) <= sigmas * t.sigma ? 1.0 : 0.0; });

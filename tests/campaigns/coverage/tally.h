@@ -1,4 +1,5 @@
-// How often the truth lies within the sigma that an estimate states, and whose error it was.
+// Counts how often the true force lies within the reported sigma, and which source caused the
+// error.
 #pragma once
 
 #include <array>
@@ -22,7 +23,7 @@ struct EstimateRow {
   double material = 0;  // part of `error` by the stated modulus, which is not the true one
 };
 
-// Over all presses of a sense.
+// Results over all presses of one sense.
 struct Bands {
   std::size_t count = 0;
   double one = 0, two = 0;     // share within one and two sigma [-]
@@ -30,7 +31,7 @@ struct Bands {
   double sigma = 0;            // median [-]
   double error = 0;            // rms [-]
   double material = 0;         // rms [-]
-  double rest = 0;             // rms of what is not the material's [-]
+  double rest = 0;             // rms of the error that does not come from the material [-]
 };
 Bands BandsOf(const std::vector<EstimateRow>& rows);
 

@@ -42,7 +42,7 @@ without a word, and no scene is left without an answer; 1 otherwise; 2 unusable 
 
 constexpr double kFactor = 1.5, kOfTruth = 1e-3, kAsNear = 1.1;
 
-// Seconds of this program's processor: what else the machine does changes no choice.
+// Uses the CPU time of this program, so that other load on the machine does not change the choice.
 study::ModelFactory CountedModelFactory() {
   study::ModelFactory factory = study::DefaultModelFactory();
   factory.now = [] {
@@ -58,7 +58,7 @@ struct Tally {
   int beyond = 0;                    // chosen beyond its range without a word
   int promised = 0, kept = 0;        // within tolerance where `auto` says so
   int points = 0, agree = 0;         // stated and held-out errors
-  int chosen = 0, chosen_agree = 0;  // the same of the chosen models alone
+  int chosen = 0, chosen_agree = 0;  // the same counts for the chosen models only
 };
 
 bool Agree(double stated, double measured) {
@@ -66,7 +66,7 @@ bool Agree(double stated, double measured) {
          std::abs(std::log(stated / measured)) <= std::log(kFactor);
 }
 
-// As many places as the study had, none of them its own.
+// Returns as many places as the study used, all of them different from the study's places.
 study::PressSpec HeldOut(const Scene& scene, std::uint32_t seed, std::size_t count) {
   std::mt19937 engine(seed + 1000);
   std::vector<double> shares;
@@ -81,8 +81,8 @@ study::PressSpec HeldOut(const Scene& scene, std::uint32_t seed, std::size_t cou
   return question;
 }
 
-// The worst of the question's presses, of ten and more what nine of ten stay within; NaN: nothing
-// is known.
+// Returns the largest error of the presses; with ten or more, the bound that nine of ten meet. NaN:
+// unknown.
 double ErrorOf(const Scene& scene, const StudyRow& row, const study::PressSpec& question,
                const std::vector<double>& truth) {
   study::Candidate candidate;
@@ -106,7 +106,8 @@ std::string NameOf(const StudyRow& row) {
   return row.family + ", " + row.resolution;
 }
 
-// What `auto` says of a row; of a plate also what its law leaves out.
+// Returns the error that `auto` states for a row; for a plate it includes the error of the plate's
+// law.
 double StatedOf(const StudyRow& row, const ModelDecision& decision) {
   const auto found = std::ranges::find(decision.rejected, NameOf(row), &RejectedModel::model);
   return found == decision.rejected.end() ? decision.error : found->error;
@@ -174,9 +175,10 @@ bool Report(const Tally& t) {
   return t.mute == 0 && t.beyond == 0 && t.kept == t.promised && share >= 0.9;
 }
 
-// The quick choice among everything: it meets what it promises, and nothing that meets it is more
-// than four times as fast (twice is what Recommend gives away, twice what times are good for).
-// Where nothing meets both, it says so and is as near as the nearest.
+// Compares the quick choice with an exhaustive search. The chosen model must meet the tolerance and
+// the rate, and no other model that meets both may be more than four times as fast (a factor of two
+// that Recommend gives up, and a factor of two for the accuracy of times). If no model meets both,
+// the choice must report it and be as close as the closest one.
 bool Exhaustive(const std::string& name) {
   Scene scene = LoadScene(SourcePath("/deploy/scenes/" + name + ".yaml"), {"model.kind=auto"});
   const auto quick = study::DecideQuickly(scene, CountedModelFactory());
@@ -198,7 +200,7 @@ bool Exhaustive(const std::string& name) {
   });
   const bool keeps = error <= scene.model.tolerance && own->meets_rate &&
                      own->update_median_s <= 4 * least->update_median_s;
-  // Where nothing meets both, the nearest may be another that is as near.
+  // If no model meets both, another equally close model is accepted.
   const bool as_near = !chosen.decision.meets && error <= kAsNear * decision.error;
   const bool holds = decision.meets ? keeps : as_near;
   std::printf(

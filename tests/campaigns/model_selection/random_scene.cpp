@@ -107,7 +107,7 @@ Scene Box(Dice* dice) {
   return scene;
 }
 
-// Half a ball on its flat side: a cube's upper half, swollen.
+// A half ball on its flat side: the upper half of a cube mesh, projected outwards.
 Scene Dome(Dice* dice, const std::filesystem::path& file) {
   const double radius = dice->Decades(0.005, 0.1);
   Scene scene = StartVolume(dice, radius);

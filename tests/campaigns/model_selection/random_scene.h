@@ -1,4 +1,4 @@
-// Scenes drawn at random, for `auto` to decide: what a person might write, not what is easy.
+// Random scenes on which `auto` must choose a model. They resemble scenes that a user would write.
 #pragma once
 
 #include <cstdint>
@@ -8,10 +8,10 @@
 
 namespace palpate::model_selection {
 
-// The same for the same seed everywhere. Seeds in a row go through the kinds of objects: rectangle,
-// box, membrane, disc, dome, polygon, polygon; sizes, moduli, Poisson's ratio, tool, depth,
-// tolerance and rate are drawn. Half of the planar objects are before a camera. Held, with
-// model.kind `auto`. A dome is a mesh file, written to `folder`.
+// The same seed gives the same scene on every machine. Consecutive seeds cycle through the kinds of
+// objects: rectangle, box, membrane, disc, dome, polygon, polygon. Sizes, moduli, Poisson's ratio,
+// tool, depth, tolerance and rate are random. Half of the planar objects are seen by a camera. The
+// object has supports; model.kind is `auto`. A dome is a mesh file, which is written to `folder`.
 Scene RandomScene(std::uint32_t seed, const std::filesystem::path& folder);
 
 }  // namespace palpate::model_selection

@@ -40,7 +40,7 @@ double ForceOf(DeformationModel* model, const SurfaceMesh& skin, const Press& pr
   return IsForceKnown(response.validity) ? press.inward_O.dot(response.force_O) : kUnknown;
 }
 
-// How much stiffer than linear the object is at the depth.
+// Returns the ratio of the object's force at the depth to the linear force.
 double StiffeningAt(const Scene& scene, const PressSpec& question, const Press& press) {
   constexpr int kSteps = 4;
   Scene large = scene;
@@ -60,7 +60,8 @@ double StiffeningAt(const Scene& scene, const PressSpec& question, const Press& 
   return full / (linear * question.depth);
 }
 
-// The stiffening is that of the first press: it goes by depth and width, not by the place.
+// The stiffening is computed for the first press only: it depends on depth and width, not on the
+// place.
 std::vector<double> OnVolume(const Scene& scene, const PressSpec& question) {
   const double w = question.width;
   constexpr double kGrowth = 1;  // of the edges, a half of the time; within 1e-3 of 0.7

@@ -1,5 +1,5 @@
-// What presses of a scene's object truly take, by a formulation that the judged models do not share
-// or on a mesh much finer than theirs.
+// Reference forces of presses on a scene's object. They come from a formulation that the tested
+// models do not share, or from a much finer mesh.
 #pragma once
 
 #include <vector>

@@ -1,9 +1,10 @@
-"""Force on a rigid tool that is pressed into an elastic box on a clamped bottom.
+"""Computes the force on a rigid tool that is pressed into an elastic box with a clamped bottom.
 
 The compliance of the top face is that of the half-space (Boussinesq, Cerruti; Johnson, Contact Mechanics, 3.2 and 3.6),
-integrated over square cells in closed form, plus what the box's sides and bottom change. The latter is smooth: quadratic
-bricks with reduced integration carry minus the half-space's tractions on the sides and minus its displacements on the bottom.
-Cells in contact follow from an active set. Small strain. E = 1; z points into the body, and so does a positive force.
+integrated over square cells in closed form, plus the effect of the box's sides and bottom. That effect is smooth:
+quadratic bricks with reduced integration carry minus the half-space's tractions on the sides and minus its
+displacements on the bottom. An active-set method finds the cells in contact. Small strain. E = 1; z points into the
+body, and so does a positive force.
 """
 import math
 
@@ -13,11 +14,11 @@ from scipy.sparse.linalg import splu
 
 CELLS = 11     # across the radius of a contact
 FITTED = 4     # degree of the polynomials for the smooth part
-BRICK = 0.2    # of the smaller side, at most
+BRICK = 0.2    # largest edge, relative to the smaller side
 
 
 def half_space(x, y, z, nu):
-    """Displacements at (x, y, z >= 0) by unit forces along x, y, z at the origin: (..., component, force)."""
+    """Returns displacements at (x, y, z >= 0) by unit forces along x, y, z at the origin: (..., component, force)."""
     r = np.sqrt(x * x + y * y + z * z)
     s, k = r + z, 1 - 2 * nu
     u = np.empty(r.shape + (3, 3))
@@ -31,7 +32,7 @@ def half_space(x, y, z, nu):
 
 
 def half_space_stress(p, nu, step):
-    """Stresses (..., i, j, force) of half_space at p (..., 3), by central differences."""
+    """Returns stresses (..., i, j, force) of half_space at p (..., 3), by central differences."""
     def at(q):
         return half_space(*np.moveaxis(q, -1, 0), nu)
     slopes = [(at(p + step * e) - at(p - step * e)) / (2 * step) for e in np.eye(3)]
@@ -42,7 +43,8 @@ def half_space_stress(p, nu, step):
 
 
 def cells(i, j, h, nu):
-    """Surface displacements at the centre of a cell by even loads of unit force on the cell i, j cells before it."""
+    """Returns surface displacements at the centre of a cell by uniform loads of unit force on a cell that is i, j cells
+    away."""
     def over(f):
         x, y = (np.stack([n - 0.5, n + 0.5]) for n in (i, j))
         return f(x[1], y[1]) - f(x[0], y[1]) - f(x[1], y[0]) + f(x[0], y[0])
@@ -67,7 +69,7 @@ NODES = np.concatenate([CORNERS, MIDDLES])  # of a brick
 
 
 def shapes(p):
-    """Values (points, 20) and derivatives (points, 20, 3) of the serendipity functions at p."""
+    """Returns values (points, 20) and derivatives (points, 20, 3) of the serendipity functions at p."""
     values, slopes = [], []
     for node in NODES:
         factors = [1 - p[:, k] ** 2 if node[k] == 0 else 1 + p[:, k] * node[k] for k in range(3)]
@@ -84,7 +86,7 @@ def shapes(p):
 
 
 class Box:
-    """A box of `size`, z from its top down, clamped at the bottom, with its factor."""
+    """A box of `size` that is clamped at the bottom, with its factorised stiffness. z points down from its top."""
 
     def __init__(self, size, nu):
         self.size, self.nu = np.array(size), nu
@@ -119,7 +121,8 @@ class Box:
         self.factor = splu(A[self.free][:, self.free].tocsc(), permc_spec="MMD_AT_PLUS_A", options={"SymmetricMode": True})
 
     def side_loads(self, sources):
-        """Consistent nodal forces of minus the half-space's tractions on the four sides: (dof, 3 sources)."""
+        """Returns the consistent nodal forces of the negative half-space tractions on the four sides: (dof, 3
+        sources)."""
         loads = np.zeros((len(self.X), 3, len(sources), 3))
         g, w = np.polynomial.legendre.leggauss(4)
         for axis, sign in ((0, -1), (0, 1), (1, -1), (1, 1)):
@@ -140,7 +143,8 @@ class Box:
         return loads.reshape(3 * len(self.X), -1)
 
     def change(self, sources):
-        """Displacements at `sources` on the top by unit forces there, beyond the half-space's: (n, 3, n, 3)."""
+        """Returns displacements at `sources` on the top by unit forces there, minus those of the half-space: (n, 3, n,
+        3)."""
         loads = self.side_loads(sources)
         bottom = self.X[self.held[::3] // 3]
         at = np.stack([-half_space(*(bottom - np.array([*s, 0])).T, self.nu) for s in sources], 2)  # (node, i, source, force)
@@ -163,7 +167,8 @@ def monomials(p):
 
 
 def compliance(size, place, reach, h, nu):
-    """Cells of width h within `reach` of `place`, and their compliance (n, 3, n, 3) on the box and on the half-space."""
+    """Returns the cells of width h within `reach` of `place`, and their compliance (n, 3, n, 3) on the box and on the
+    half-space."""
     m = math.ceil(reach / h)
     ij = np.array([(i, j) for i in range(-m, m + 1) for j in range(-m, m + 1) if math.hypot(i, j) * h <= reach])
     table = cells(*np.meshgrid(np.arange(-2 * m, 2 * m + 1.0), np.arange(-2 * m, 2 * m + 1.0), indexing="ij"), h, nu)
@@ -179,7 +184,8 @@ def compliance(size, place, reach, h, nu):
 
 
 def contact(C, wanted, bonded, guess):
-    """Force along z on the cells that move by `wanted` where they touch; what would be pulled is free."""
+    """Returns the force along z on the cells, which move by `wanted` where they touch. Cells with a pulling force are
+    released."""
     active = guess.copy()
     for _ in range(40):
         k = np.flatnonzero(active)
@@ -203,7 +209,8 @@ def contact(C, wanted, bonded, guess):
 
 
 def flat(size, place, width, depth, nu, bonded, across=CELLS):
-    """Force of a flat disc. What the cells make of the disc is that on the half-space, whose force is known."""
+    """Returns the force of a flat disc. The error of its approximation by cells is corrected by that on the half-space,
+    whose force is known."""
     a = width / 2
     p, on_box, on_half_space = compliance(size, np.array(place), a, a / across, nu)
     n = len(p)
@@ -218,7 +225,7 @@ def flat(size, place, width, depth, nu, bonded, across=CELLS):
 
 
 def round_end(size, place, radius, depth, nu, bonded, across=CELLS):
-    """Force of a sphere."""
+    """Returns the force of a sphere."""
     c = math.sqrt(radius * depth)
     reach = min(1.45 * c, radius)
     p, on_box, _ = compliance(size, np.array(place), reach, c / across, nu)

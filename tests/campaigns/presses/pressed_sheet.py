@@ -1,14 +1,16 @@
-"""Force on a rigid flat tool in the middle of a round sheet that is clamped at its rim: an axisymmetric neo-Hookean solid of
-quadratic rings with reduced integration, and an active set for the nodes under the tool, which slide on it. E = 1."""
+"""Computes the force on a rigid flat tool in the middle of a round sheet that is clamped at its rim. The sheet is an
+axisymmetric neo-Hookean solid of quadratic ring elements with reduced integration. An active-set method finds the nodes
+that touch the tool, on which they slide. E = 1."""
 import numpy as np
 import scipy.sparse as sp
 from scipy.sparse.linalg import splu
 
-PLACES = np.array([(-1, -1), (1, -1), (1, 1), (-1, 1), (0, -1), (1, 0), (0, 1), (-1, 0)], float)  # of a ring's nodes
+# Nodes of a ring element.
+PLACES = np.array([(-1, -1), (1, -1), (1, 1), (-1, 1), (0, -1), (1, 0), (0, 1), (-1, 0)], float)
 
 
 def shapes(r, z):
-    """Values (8,) and derivatives (8, 2) of the serendipity functions."""
+    """Returns values (8,) and derivatives (8, 2) of the serendipity functions."""
     N, G = np.zeros(8), np.zeros((8, 2))
     for i, (a, b) in enumerate(PLACES):
         if a and b:
@@ -22,7 +24,7 @@ def shapes(r, z):
 
 
 class Sheet:
-    """Rings of a sheet, small at the tool's rim and at the clamp."""
+    """Mesh of ring elements, fine at the tool's rim and at the clamp."""
 
     def __init__(self, radius, thickness, tool, nu, layers=3):
         smallest = thickness / layers / 2
@@ -69,7 +71,7 @@ class Sheet:
         self.under = np.flatnonzero(under)[np.argsort(self.X[under, 0])]
 
     def forces(self, u):
-        """Nodal forces and their derivative at the displacements u."""
+        """Returns the nodal forces and their derivative at the displacements u."""
         f = np.zeros(len(u))
         K = np.zeros((len(self.rings), 16, 16))
         of_ring = u[self.dof]
@@ -93,7 +95,7 @@ class Sheet:
         return f, sp.csc_matrix((K.ravel(), (row, column)), shape=(len(u),) * 2)
 
     def press(self, depth, steps=6):
-        """Force of the tool at `depth`."""
+        """Returns the force of the tool at `depth`."""
         u = np.zeros(2 * len(self.X))
         active = np.zeros(len(self.under), bool)
         active[-1] = True
@@ -125,5 +127,5 @@ class Sheet:
 
 
 def flat(radius, thickness, tool, depth, nu, layers=3):
-    """Force of a tool with the radius `tool`."""
+    """Returns the force of a tool with the radius `tool`."""
     return Sheet(radius, thickness, tool, nu, layers).press(depth)

@@ -1,14 +1,14 @@
 #!/usr/bin/env python3
-"""Random presses of boxes, sheets, blocks, plates and sheets with holes: the forces of `solve` and `check` against truths that
-share nothing with the product.
+"""Compares the forces of `solve` and `check` in random presses of boxes, sheets, blocks, plates and sheets with holes
+with independent references.
 
 usage: presses.py [--count N] [--seed N] [--only KIND] [--bin FOLDER]   (60 presses; FOLDER build/release/bin)
 
 A volume is pressed by a flat disc or a round end, a sheet by a flat tool through all of its thickness, a block by a flat tool
-through a part of it, a plate by a rigid flat tool in its middle. The truths: pressed_box.py for volumes; quadratic triangles for
-sheets and bricks with mean dilatation for blocks, graded towards the tool; pressed_sheet.py for plates. `solve` states the
-tolerance of its scene, `check` an error. Prints a line for each press. Exit code 1: more than one valid force is off by more than
-1.5 times the stated error, or one by more than 15 %. Needs NumPy, SciPy and Gmsh.
+through a part of it, a plate by a rigid flat tool in its middle. The references: pressed_box.py for volumes; quadratic
+triangles for sheets and bricks with mean dilatation for blocks, graded towards the tool; pressed_sheet.py for plates.
+`solve` states the tolerance of its scene, `check` an error. Prints a line for each press. Exit code 1: more than one
+valid force is off by more than 1.5 times the stated error, or one by more than 15 %. Needs NumPy, SciPy and Gmsh.
 """
 import argparse
 import csv
@@ -28,13 +28,13 @@ from scipy.sparse.linalg import cg, splu
 import pressed_box
 import pressed_sheet
 
-TOLERANCE = 0.05  # of the scenes
-FACTOR, MAX_ERROR = 1.5, 0.15  # times the stated error; error of a valid force
-SIDES = 48  # of a hole
+TOLERANCE = 0.05  # `tolerance` in the scenes
+FACTOR, MAX_ERROR = 1.5, 0.15  # largest error of a valid force: relative to the stated error, and absolute
+SIDES = 48  # sides of the polygon of a hole
 
 
 def elasticity(nu, dimension, plane=None):
-    """Matrix for E = 1; strains xx, yy, (zz,) xy, (xz, yz) with engineering shears."""
+    """Returns the elasticity matrix for E = 1; strains xx, yy, (zz,) xy, (xz, yz) with engineering shears."""
     if plane == "stress":
         return np.array([[1, nu, 0], [nu, 1, 0], [0, 0, (1 - nu) / 2]]) / (1 - nu * nu)
     lam, mu = nu / ((1 + nu) * (1 - 2 * nu)), 0.5 / (1 + nu)
@@ -47,7 +47,7 @@ def elasticity(nu, dimension, plane=None):
 
 
 def triangle_matrix(X, conn, D):
-    """Stiffness of quadratic triangles with straight sides, nodes in Gmsh's order."""
+    """Returns the stiffness of quadratic triangles with straight sides, nodes in Gmsh's order."""
     T = np.concatenate([np.ones((len(conn), 3, 1)), X[conn[:, :3]]], 2)
     grad = np.linalg.inv(T)[:, 1:, :].transpose(0, 2, 1)  # of the barycentric coordinates
     area = np.abs(np.linalg.det(T)) / 2
@@ -80,7 +80,8 @@ def solve(A, u, fixed, direct):
 
 
 def meshed(build, size):
-    """Nodes and quadratic triangles of what `build` makes; `size(x, y)`: length of the elements."""
+    """Meshes the geometry that `build` makes. Returns nodes and quadratic triangles. `size(x, y)`: length of the
+    elements."""
     gmsh.initialize()
     gmsh.option.setNumber("General.Terminal", 0)
     gmsh.model.add("m")
@@ -104,7 +105,7 @@ def meshed(build, size):
 
 
 def pressed(A, X, bottom, tool):
-    """Force by a unit displacement of the nodes `tool` along -y, glued."""
+    """Returns the force for a unit displacement of the glued nodes `tool` along -y."""
     u, fixed = np.zeros(A.shape[0]), np.zeros(A.shape[0], bool)
     for k in range(2):
         fixed[2 * bottom + k] = fixed[2 * tool + k] = True
@@ -114,7 +115,7 @@ def pressed(A, X, bottom, tool):
 
 
 def graded(low, high, centre, fine, growth):
-    """Points of [low, high]: `fine` at the centre, growing away from it."""
+    """Returns points from low to high with the spacing `fine` at the centre, growing away from it."""
     def away(span):
         points, h, x = [], fine, 0.0
         while x + h < span - 0.5 * h:
@@ -128,7 +129,7 @@ def graded(low, high, centre, fine, growth):
 
 
 def bricks(xs, ys, zs, nu):
-    """Nodes and stiffness of trilinear bricks with mean dilatation, E = 1."""
+    """Returns nodes and stiffness of trilinear bricks with mean dilatation, E = 1."""
     nx, ny, nz = len(xs), len(ys), len(zs)
     idx = np.arange(nx * ny * nz).reshape(nx, ny, nz)
     X = np.stack(np.meshgrid(xs, ys, zs, indexing="ij"), -1).reshape(-1, 3)
@@ -154,7 +155,7 @@ def bricks(xs, ys, zs, nu):
 
 
 def sheet_flat(width, height, thickness, place, tool, nu, plane, holes):
-    """Stiffness by E of a sheet under a flat tool on its top, glued."""
+    """Returns the stiffness relative to E of a sheet under a flat tool that is glued to its top."""
     half, fine = tool / 2, tool / 24
     def build(occ):
         p = [occ.addPoint(x, y, 0) for x, y in ((0, 0), (width, 0), (width, height), (place + half, height), (place - half, height), (0, height))]
@@ -174,7 +175,7 @@ def sheet_flat(width, height, thickness, place, tool, nu, plane, holes):
 
 
 def block_meshed(across, width, height, thickness, place, tool, extent, nu, behind):
-    """Stiffness of a block with `across` bricks across the shorter side of the tool."""
+    """Returns the stiffness of a block with `across` bricks across the shorter side of the tool."""
     fine, growth = min(tool, extent) / across, 1.3 ** (6 / across)
     def two(low, high, a, b, h):
         left, right = graded(low, (a + b) / 2, a, h, growth), graded((a + b) / 2, high, b, h, growth)
@@ -198,15 +199,15 @@ def block_meshed(across, width, height, thickness, place, tool, extent, nu, behi
 
 
 def block_flat(width, height, thickness, place, tool, extent, nu, behind=None, coarse=4, fine=8):
-    """Stiffness by E of a block under a flat tool that reaches `extent` through its thickness, glued: in the middle, half of
-    it; else `behind` the front face. The stress is singular at the tool's rim: the error falls as the bricks' length does,
-    which two meshes extrapolate."""
+    """Returns the stiffness relative to E of a block under a glued flat tool that reaches `extent` through its
+    thickness: in the middle (half of the block is meshed) or `behind` the front face. The stress is singular at the
+    tool's rim, so the error is proportional to the length of the bricks; two meshes are extrapolated."""
     a, b = (block_meshed(n, width, height, thickness, place, tool, extent, nu, behind) for n in (coarse, fine))
     return (fine * b - coarse * a) / (fine - coarse)
 
 
 class Press:
-    """One drawn press: the text of its scene, the row of contacts, and how to compute its truth."""
+    """A random press: text of its scene, row of contacts, and a function that computes its reference."""
 
     def __init__(self, kind, scene, row, truth, words, elements, command="solve"):
         self.kind, self.scene, self.row, self.truth, self.elements = kind, scene, row, truth, elements
@@ -222,10 +223,10 @@ def draw_volume(rng):
     nu, E = rng.choice([0.3, 0.4, 0.45, 0.49]), 20e3
     is_round, bonded = rng.random() < 0.5, rng.random() < 0.5
     model, element = rng.choice(["fem-green", "fem"]), rng.choice(["tet4", "tet10"])
-    bonded |= model == "fem" and element == "tet10"  # frictionless is refused there
+    bonded |= model == "fem" and element == "tet10"  # these models reject frictionless contacts
     command = rng.choice(["solve", "solve", "check"])
     elements, most = rng.choice([1, 2, 3, 4, 5, 6]), 8 if element == "tet10" else 13
-    wanted = elements * max(size[:2]) / most  # what so many elements span, at least
+    wanted = elements * max(size[:2]) / most  # smallest extent of so many elements
     aside = command == "solve" and wanted < 0.25 * min(size) and rng.random() < 0.4
     place = [size[0] * (0.35 if aside else 0.5), size[1] / 2]
     if is_round:
@@ -301,7 +302,8 @@ def draw_sheet(rng, holes=False):
     if order == "quadratic":
         outer = max(16, outer // 2)
     under = outer * tool / (2 * (width + height))
-    elements = outer + sum(max(SIDES, round(2 * math.pi * r * under / tool)) for _, _, r in circles)  # one a side at least
+    # At least one element per side.
+    elements = outer + sum(max(SIDES, round(2 * math.pi * r * under / tool)) for _, _, r in circles)
     scene = f"""name: sheet
 object:
   geometry: {{{shape}}}
@@ -344,7 +346,8 @@ model: {{kind: {kind}, elements: {elements}, tolerance: {TOLERANCE}}}
 
 
 class Answer:
-    """What a command states: the force [N], None where it refuses; its relative error; whether it is flagged, and the words."""
+    """The result of a command: force [N] (None: rejected), stated relative error, whether it is flagged, and the
+    output."""
 
     def __init__(self, force, stated, validity):
         self.force, self.stated, self.validity = force, stated, validity

@@ -1,4 +1,4 @@
-// A press that one camera sees.
+// A stage with a press that one camera sees.
 #include <memory>
 #include <utility>
 
@@ -49,10 +49,10 @@ class CameraStage final : public Stage {
     return home + counts_.WayAt(index) * (press_.Tip(press_.hold_begin()) - home);
   }
 
-  // An object that moves under a tool at rest is, for the two of them, a tool that moves the
-  // other way: the site is moved so, and its image moved back.
+  // An object that moves under a tool at rest is equivalent to a tool that moves in the opposite
+  // direction. The simulated tool is moved this way, and the image is then shifted back.
   std::vector<Shot> Record(const std::function<Vector2d(const Moment&)>& moves) const {
-    constexpr int kSteps = 8;  // between two images: the tool's way is followed, not jumped
+    constexpr int kSteps = 8;  // steps of the tool between two images
     SimulatedSite site(scene());
     std::vector<Shot> shots;
     Vector3d last = TipAt(0);
@@ -87,7 +87,7 @@ std::unique_ptr<Stage> MakeCameraStage(const std::string& name, Extent extent) {
   const Counts counts =
       extent == Extent::kQuick ? Counts{4, 24, 6, 10, 3} : Counts{6, 62, 20, 62, 10};
   Scene scene = Shipped(name, {});
-  if (scene.site.embryo) {  // what disturbs the image is the point here, not what breaks
+  if (scene.site.embryo) {  // this campaign tests disturbed images, not punctures
     scene.site.embryo.reset();
     scene.operator_options.press_depth = 100e-6;
   }

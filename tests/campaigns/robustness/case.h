@@ -1,4 +1,4 @@
-// What is tried: an alteration of a run, how severe it is and what is demanded under it.
+// A test case: an alteration of a run, its severity and the required result.
 #pragma once
 
 #include <cstddef>
@@ -16,32 +16,34 @@
 
 namespace palpate::robustness {
 
-// Changes of everything between the world and a sense; what is empty changes nothing.
+// Functions that change what lies between the world and a sense. An empty function changes nothing.
 struct Alteration {
   // Into each image, last of all.
   Paint paint;
-  // Which sample is shown instead of this moment's; stamps go on.
+  // Returns the index of the sample that is shown instead of the current one. Timestamps are
+  // unchanged.
   std::function<std::size_t(const Moment&)> shows;
-  // Where the image is as it was in the first one: `mask` (CV_8U) is to be set there.
+  // Sets `mask` (CV_8U) where the image keeps the content of the first image.
   std::function<void(const Moment&, cv::Mat& mask)> stale;
-  // How far the object has moved as a whole, in pixels of the image; whole ones are painted
-  // without loss. One camera only.
+  // Rigid displacement of the object in the image [px]; integers need no interpolation. For one
+  // camera only.
   std::function<Eigen::Vector2d(const Moment&)> object_moves;
   // From when on left becomes right.
   std::optional<When> swapped;
-  // What the fingertips read.
+  // Changes the readings of the fingertips.
   std::function<void(const Moment&, TactileFrame&)> touch;
-  // Whether this sample is lost on its way; the run is shorter for the sense.
+  // Returns whether this sample is lost on the link; the sense then receives fewer samples.
   std::function<bool(const Moment&)> loses;
-  // What the scene states wrongly to the sense.
+  // Changes the scene that the sense gets, so that it contains wrong statements.
   std::function<void(Scene&)> tell;
   // Error of the arm's reported tip [px], or [m] without images.
   double arm_error = 0;
 };
 
 enum class Demand {
-  kRight,  // at least 80 % `valid`, of these 5 % rms of the peak; none silently wrong
-  kFlag,   // may be other than `valid` as often as it likes; none silently wrong
+  // At least 80 % of the forces `valid` with an rms error of 5 % of the peak; none silently wrong.
+  kRight,
+  kFlag,  // any number of forces may be flagged; none silently wrong
 };
 
 struct Case {
@@ -52,8 +54,7 @@ struct Case {
   Alteration alteration;
   std::string stage;  // only on the stage of this name; empty: on all of its sense but special ones
 
-  // Whether `--quick` tries it: the harshest severity that must be right, the mildest that may be
-  // doubted.
+  // Whether `--quick` runs this case: the highest severity of kRight and the lowest of kFlag.
   bool is_quick = true;
 
   [[nodiscard]] std::string title() const;  // "glint on the shaft, moving: 4 px"

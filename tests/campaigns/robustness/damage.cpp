@@ -14,7 +14,7 @@ namespace {
 
 using Eigen::Vector2d;
 
-// Rows moved along x by what `shift` says of each [px].
+// Moves each row along x by `shift` of the row [px].
 void MoveRows(cv::Mat& image, const std::function<double(int)>& shift) {
   cv::Mat x(image.size(), CV_32F), y(image.size(), CV_32F), moved;
   for (int row = 0; row < image.rows; ++row) {
@@ -115,7 +115,7 @@ Paint Droplet(double pull) {
       for (int column = 0; column < image.cols; ++column) {
         const Vector2d away = (Vector2d(column, row) - middle) / kRadius;
         const double r2 = away.squaredNorm();
-        // Most, 1, at half the radius; none in the middle and at the edge.
+        // The factor is 1 at half the radius and 0 at the centre and at the edge.
         const double part = r2 < 1 ? 16.0 / 9 * (1 - r2) * (1 - r2) * 2 : 0;
         x.at<float>(row, column) = static_cast<float>(column - pull * part * away.x());
         y.at<float>(row, column) = static_cast<float>(row - pull * part * away.y());
@@ -346,7 +346,7 @@ Paint Rain(int count) {
 
 Paint Insect(double size) {
   return [size](const View& view, cv::Mat& image) {
-    // Winding, past the tip's place at full depth in the middle of the run.
+    // A winding path that passes the tip's position at full depth in the middle of the run.
     const double way = view.share() - 0.5;
     const Vector2d at = view.pressed_I + Vector2d(220 * way, 120 * way + 15 * std::sin(30 * way));
     const cv::Point middle(cvRound(at.x()), cvRound(at.y()));

@@ -1,5 +1,5 @@
-// What lens, sensor, shutter and line do, and things that come into view, for one camera and for
-// two: listed before any of it was tried.
+// Cases with faults of lens, sensor, shutter and link, and with objects that enter the view, for
+// one camera and for a pair. The requirements were written before the first run.
 #include <utility>
 
 #include <Eigen/Geometry>

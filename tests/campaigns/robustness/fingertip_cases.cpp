@@ -41,7 +41,7 @@ Change OfFirst(const std::function<void(const Moment&, FingerReading&)>& change)
   return [change](const Moment& moment, TactileFrame& frame) { change(moment, frame.fingers[0]); };
 }
 
-// The reading of the first sample of a run: rest values, which later ones go by.
+// Keeps the reading of the first sample of a run, which gives the rest values.
 class Rest {
  public:
   const FingerReading& Of(const Moment& moment, std::size_t finger, const FingerReading& now) {
@@ -234,7 +234,7 @@ void AddUnseen(CaseTable* table) {
 // As in AddUnseen, these were first counted with the checks of that time.
 void AddUnseenToo(CaseTable* table) {
   table->Rarely(true);
-  // Each its own way, of which nothing was to be seen at rest.
+  // Each electrode drifts differently, and nothing of it shows at rest.
   table->Add("rest drifts from the touch on", "counts", {}, {5, 10, 40}, [](double s) {
     return EachElectrode([s](const Moment& moment, std::size_t e, double away) {
       std::mt19937_64 random(e);
@@ -341,7 +341,7 @@ void AddGeometry(CaseTable* table) {
   table->Add("object softer than stated", "times", {}, {2}, [](double s) {
     return AlterScene([s](Scene& scene) { scene.object.material.young_modulus *= s; });
   });
-  // Another sensor answers the same force with other counts.
+  // Another sensor reports other counts for the same force.
   table->Add("network of another sensor", "gain and order", {}, {1}, [](double) {
     return Reads(OfEach([rest = std::make_shared<Rest>()](const Moment& moment, std::size_t f,
                                                           FingerReading& reading) {

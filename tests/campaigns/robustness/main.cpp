@@ -1,5 +1,6 @@
-// robustness: tests the senses under disturbances of light, lens, time, geometry and scene. Every
-// case has a severity and a demand, listed beforehand. No force may be wrong without a flag.
+// The program `robustness` tests the senses under disturbances of light, lens, time, geometry and
+// scene. Every case has a severity and a required result, both written beforehand. No force may be
+// wrong without a flag.
 #include <algorithm>
 #include <cstdio>
 #include <filesystem>
@@ -51,13 +52,13 @@ std::vector<Case> CasesOf(const std::string& sense) {
   return sense == "pairs" ? PairCases() : FingertipCases();
 }
 
-// What is to be tried, in order.
+// The cases to run, in order.
 class Suite {
  public:
   explicit Suite(const Options& options) : options_(options), only_(options.only) {
     if (options.out.empty()) return;
     std::filesystem::create_directories(options.out);
-    // What a full run has found is kept; a quick one starts again.
+    // A full run continues with the results that it has already; a quick run starts again.
     if (!options.full) std::filesystem::remove(table());
     rows_ = ReadRows(table());
   }

@@ -7,7 +7,7 @@
 namespace palpate::robustness {
 namespace {
 
-// Calls that follow each other; either may be empty.
+// Returns a function that calls both functions in turn; either may be empty.
 template <typename... Args>
 std::function<void(Args...)> Then(const std::function<void(Args...)>& first,
                                   const std::function<void(Args...)>& second) {

@@ -1,5 +1,5 @@
-// The position of a sample in a run, and what its image shows of the true world: the input of
-// alterations.
+// The position of a sample in a run and the true state that its image shows. Alterations take it as
+// their input.
 #pragma once
 
 #include <cstddef>
@@ -8,12 +8,12 @@
 
 namespace palpate::robustness {
 
-// A press as numbers of samples: rest, way in, hold, way back, rest.
+// A press in numbers of samples: rest, approach, hold, retreat, rest.
 struct Script {
-  std::size_t way = 0;    // the first on which the tool is under way; before it the rest is taken
+  std::size_t way = 0;    // first sample of the approach; samples before it give the rest state
   std::size_t touch = 0;  // the first in contact
   std::size_t hold = 0;   // the first at the full depth
-  std::size_t back = 0;   // the first on the way back
+  std::size_t back = 0;   // first sample of the retreat
   std::size_t count = 0;
 };
 
@@ -32,7 +32,7 @@ struct Moment {
 // A moment, with the places of the parts in its image [px].
 struct View : Moment {
   Eigen::Vector2d tip_I{0, 0};      // the tool's tip; of pairs: the place that is pressed
-  Eigen::Vector2d pressed_I{0, 0};  // where the tip is at full depth
+  Eigen::Vector2d pressed_I{0, 0};  // position of the tip at full depth
   Eigen::Vector2d shaft_I{0, -1};   // unit, from the tip along the tool's shaft
   double width = 0;                 // of the tool [px]
 };

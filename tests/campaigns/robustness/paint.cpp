@@ -22,7 +22,7 @@ namespace {
 using Eigen::Vector2d;
 
 constexpr double kWhite = 255;
-constexpr double kCover = 140;  // grey of what covers the tool: neither tool nor ground nor object
+constexpr double kCover = 140;  // grey level of covers; differs from tool, background and object
 
 cv::Point2f At(const Vector2d& p) {
   return {static_cast<float>(p.x()), static_cast<float>(p.y())};
@@ -40,7 +40,7 @@ Vector2d Along(double degrees) {
   return {std::cos(Radians(degrees)), std::sin(Radians(degrees))};
 }
 
-// One that belongs to this image alone.
+// Returns a random generator seeded for this image.
 std::mt19937_64 RandomOf(const Moment& moment, std::uint64_t what) {
   return std::mt19937_64{(moment.index * 2 + static_cast<std::uint64_t>(moment.side)) * 1000 +
                          what};
@@ -76,7 +76,7 @@ void Relight(cv::Mat& image, const cv::Mat& light) {
   cv::multiply(image, light, image, 1, CV_8U);
 }
 
-// Where the image's pixels come from: p_from = linear (p - middle) + middle + by.
+// Resamples the image: pixel p comes from p_from = linear (p - centre) + centre + by.
 void Resample(cv::Mat& image, const Eigen::Matrix2d& linear, const Vector2d& by) {
   const Vector2d middle = MiddleOf(image);
   const Vector2d offset = middle - linear * middle + by;
@@ -91,7 +91,7 @@ void Shift(cv::Mat& image, const Vector2d& by) {
   Resample(image, Eigen::Matrix2d::Identity(), -by);
 }
 
-// Made for the first image, kept for all of its size.
+// The light field is computed for the first image and reused for all images of the same size.
 Paint WithLight(std::function<cv::Mat(const cv::Size&)> make) {
   return [make = std::move(make), kept = std::make_shared<cv::Mat>()](const View&, cv::Mat& image) {
     if (kept->size() != image.size()) *kept = make(image.size());
@@ -99,7 +99,7 @@ Paint WithLight(std::function<cv::Mat(const cv::Size&)> make) {
   };
 }
 
-// Standard normal, larger than an image: each takes a part of it.
+// Standard normal noise, larger than an image; each image uses another part of it.
 const cv::Mat& NoiseBank(const cv::Size& size) {
   constexpr int kMargin = 256;
   static cv::Mat bank;

@@ -50,8 +50,8 @@ const CameraPair& TheCameraPair() {
   return cameras;
 }
 
-// The membrane bulges by `height` [m] towards -z at its middle, as a paraboloid: each pixel shows
-// what is seen where its ray meets the plane, moved by the bulge there.
+// The membrane bulges as a paraboloid by `height` [m] towards -z at its centre. Each pixel shows
+// the point where its ray meets the plane, displaced by the bulge there.
 Paint Dome(double height) {
   return [height, maps = std::make_shared<std::array<cv::Mat, 2>>()](const View& view,
                                                                      cv::Mat& image) {
@@ -137,7 +137,7 @@ void AddMotion(CaseTable* table) {
   table->Add("one camera turned at rest", "deg", {}, {0.5, 2},
              [](double s) { return OnSide(1, Turn(s, When::kAtRest)); });
   table->Add("rig shakes", "px", {0.5}, {3}, [](double s) {
-    return [s](const View& view, cv::Mat& image) {  // both cameras alike
+    return [s](const View& view, cv::Mat& image) {  // the same in both cameras
       View left = view;
       left.side = 0;
       Shake(s)(left, image);
@@ -204,8 +204,8 @@ void AddGeometry(CaseTable* table) {
 // --- depth images: 16 bit, 0 is no measurement
 constexpr const char* kDepth = "rubber-membrane-depth";
 
-// Where there is no measurement: discs of 20 px, `share` of the image in all, at new
-// positions in each image unless they are fixed.
+// Removes measurements in discs of 20 px that cover a fraction `share` of the image. The discs are
+// at new positions in each image unless they are fixed.
 Paint Holes(double share, bool standing) {
   return [=](const View& view, cv::Mat& image) {
     constexpr double kRadius = 20;

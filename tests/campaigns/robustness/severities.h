@@ -1,4 +1,4 @@
-// How tables of cases are written: an alteration with the severities it is tried at.
+// Helps to write tables of cases: an alteration with the severities at which it is tested.
 #pragma once
 
 #include <concepts>
@@ -28,14 +28,14 @@ class CaseTable {
       cases_.back().is_quick = !rarely_ && &severity == flagged.begin();
     }
   }
-  // Without a severity.
+  // Adds a case without a severity.
   void Add(const std::string& name, Demand demand, Alteration alteration) {
     cases_.push_back({name, 0, "", demand, std::move(alteration), stage_});
   }
 
-  // What is added from here on is only for this stage; empty: for all but special ones.
+  // Cases added from now on are for this stage only. Empty: for all stages except special ones.
   void Only(const std::string& stage) { stage_ = stage; }
-  // What is added from here on with a severity is left out of `--quick`; false: is not.
+  // true: cases with a severity that are added from now on are left out of `--quick`.
   void Rarely(bool rarely) { rarely_ = rarely; }
 
   [[nodiscard]] std::vector<Case> Take() { return std::move(cases_); }

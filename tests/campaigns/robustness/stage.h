@@ -1,5 +1,5 @@
-// A shipped scene with a press that was simulated once: its samples and what was true of each.
-// Every case plays them again, altered.
+// A shipped scene with a press that is simulated once: its samples and the true state at each.
+// Every case plays them again with alterations.
 #pragma once
 
 #include <functional>
@@ -17,12 +17,12 @@
 namespace palpate::robustness {
 
 struct Shot {
-  cv::Mat left, right;  // images; of one camera: left alone
+  cv::Mat left, right;  // images; one camera uses `left` only
   TactileFrame touch;
   Truth truth;
 };
 
-// How much is tried: a few dozen samples of a fast press, or all of one at the scene's pace.
+// Number of samples: a few dozen of a fast press, or all of a press at the scene's speed.
 enum class Extent { kQuick, kFull };
 
 class Stage {
@@ -65,7 +65,7 @@ class Stage {
   std::vector<Shot> shots_;
 };
 
-// What can be had without computing: by name, `silicone-block` say.
+// Makes a stage on request; its name (such as `silicone-block`) is known without computing it.
 struct StageMaker {
   std::string name, sense;
   std::function<std::unique_ptr<Stage>(Extent)> make;
@@ -75,7 +75,7 @@ struct StageMaker {
     return tried.stage.empty() ? !is_special : tried.stage == name;
   }
 };
-// Stages of shipped scenes and of what is made of them: all, or those of `--quick`.
+// Stages of shipped scenes and of scenes derived from them: all, or those of `--quick`.
 std::vector<StageMaker> StagesOf(Extent extent);
 
 }  // namespace palpate::robustness

@@ -32,8 +32,8 @@ std::unique_ptr<Stage> MakeDepthStage(const std::string& name, Extent extent);
 std::unique_ptr<Stage> MakeTouchStage(const std::string& name, const std::string& scene,
                                       const Overrides& overrides, Extent extent);
 
-// The same of any scene, with as many samples as `counts`. Depth images
-// are of a scene with a pair, which they take the place of.
+// Makes the stage of any scene with `counts` samples. For depth images, the scene has a camera
+// pair, which the depth images replace.
 std::unique_ptr<Stage> MakeCameraStage(Scene scene, const Counts& counts);
 std::unique_ptr<Stage> MakePairStage(Scene scene, const Counts& counts);
 std::unique_ptr<Stage> MakeDepthStage(Scene scene, const Counts& counts);

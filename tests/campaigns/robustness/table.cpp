@@ -16,7 +16,7 @@ constexpr const char* kHeader =
     "sense,stage,case,demand,samples,valid,silent,rms_percent,worst_percent,sigma_percent,z,holds,"
     "why\n";
 
-// What separates cells and rows cannot stand in one.
+// Removes characters that separate cells and rows.
 std::string Cell(std::string text) {
   std::ranges::replace_if(
       text, [](char c) { return c == ',' || c == '\n' || c == '\r' || c == '"'; }, ';');

@@ -1,5 +1,5 @@
-// What the suite found: a row per stage and case, as CSV that a later run goes on from, and as
-// text.
+// The results of the suite, one row per stage and case: as CSV, from which a later run continues,
+// and as text.
 #pragma once
 
 #include <filesystem>
@@ -25,16 +25,18 @@ struct Row {
 
 // Appends to `file`, with a header where it is new. Throws std::runtime_error: not writable.
 void Append(const Row& row, const std::filesystem::path& file);
-// What Append wrote; empty: there is no such file. Throws InputError.
+// Reads the rows that Append wrote. Empty: the file does not exist. Throws InputError.
 std::vector<Row> ReadRows(const std::filesystem::path& file);
 
 // A line of the table as people read it, and the one above all.
 std::string Headline();
 std::string InWords(const Row& row);
-// What it comes to: rows, those that hold, silent share by sense.
+// Summarises: number of rows, number of rows that pass, and the share of silently wrong forces by
+// sense.
 std::string Summary(std::span<const Row> rows);
 
-// Keys, a line each, of rows that are known not to hold; `#` begins a comment. Empty path: none.
+// Reads the keys of rows that are known to fail, one per line; `#` begins a comment. Empty path:
+// none.
 std::set<std::string> ReadKnown(const std::filesystem::path& file);
 
 }  // namespace palpate::robustness

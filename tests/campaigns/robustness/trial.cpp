@@ -21,7 +21,7 @@ namespace {
 
 constexpr double kContactShare = 0.01;  // of the largest true force
 
-// The samples of a stage once more, altered, and the truth at them.
+// The samples of a stage with alterations, and the true state at each.
 class AlteredSamples final : public SamplePlayer {
  public:
   AlteredSamples(Stage& stage, const Alteration& alteration)
@@ -201,7 +201,8 @@ Score Try(Stage& stage, const Case& tried) {
   try {
     Replay(stage, tried.alteration,
            [&](std::size_t, const StateRow& row, const auto& truth) { tally.Add(row, truth); });
-  } catch (const std::runtime_error& why) {  // the sense says so itself; all else is a mistake
+    // The sense refuses with a message; any other exception is a defect.
+  } catch (const std::runtime_error& why) {
     refused = why.what();
   } catch (const std::invalid_argument& why) {
     refused = why.what();

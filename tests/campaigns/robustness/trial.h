@@ -14,14 +14,14 @@
 
 namespace palpate::robustness {
 
-// Beyond both an estimate reported as `valid` is silently wrong.
-inline constexpr double kSilentSigmas = 3;    // of its own
+// A `valid` estimate whose error exceeds both limits is silently wrong.
+inline constexpr double kSilentSigmas = 3;    // of the reported sigma
 inline constexpr double kSilentShare = 0.05;  // of the largest true force
-// What kRight demands besides.
+// Further requirements of kRight.
 inline constexpr double kRightRms = 0.05;   // of the largest true force, where `valid`
 inline constexpr double kRightValid = 0.8;  // of all samples
 
-// Over the samples after rest, of pinches over each finger.
+// Counts over the samples after rest; for pinches, over each finger.
 struct Score {
   std::size_t samples = 0, valid = 0, silent = 0;
   double rms = 0;    // of the force where `valid` and in contact, of the largest true force [-]
@@ -34,8 +34,7 @@ struct Score {
   [[nodiscard]] bool Holds(Demand demand) const;
 };
 
-// Calls `take` with every estimate after rest: number of its sample, what was reported, what was
-// true.
+// Calls `take` with every estimate after rest: sample number, reported values, true values.
 using Taker =
     std::function<void(std::size_t index, const StateRow& row, const Eigen::Vector3d& truth)>;
 void Replay(Stage& stage, const Alteration& alteration, const Taker& take);

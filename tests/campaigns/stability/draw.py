@@ -1,8 +1,9 @@
 #!/usr/bin/env python3
 """Draws the table of stability_map: draw.py STABILITY.csv OUT.svg
 
-Stiffness at the operator over delay, sample rate and position scale, for two operators. Dashed: passive below, in theory. Thin:
-the stiffness that the passivity control counts on. Needs python3-matplotlib.
+Stiffness at the operator over delay, sample rate and position scale, for two operators. Dashed lines: theoretical
+limit, below which the loop is passive. Thin lines: the stiffness that the passivity control assumes. Needs
+python3-matplotlib.
 """
 import csv
 import pathlib

@@ -1,10 +1,12 @@
-// stability_map: where a hand on the far side of a line stays calm, tried with the haptic loop
-// itself, beside what theory predicts. Scale, stiffness, rate, delay and device, end to end.
+// stability_map: maps where a simulated operator's contact over a network link is stable. It runs
+// the haptic loop itself and compares with theory. Scale, stiffness, rate, delay and device are
+// varied.
 //
 //   stability_map --out stability.csv; draw.py stability.csv deploy/readme/stability.svg
 //
-// A hand presses 3 mm into a wall; it is calm where it rests once it is in, damped where the
-// passivity control has to take energy out for that, restless where it moves on all the same.
+// The simulated operator presses 3 mm into a wall and holds. Results: calm: the device comes to
+// rest. Damped: it comes to rest because the passivity control removes energy. Restless: it keeps
+// moving in spite of that.
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -23,11 +25,12 @@ namespace palpate {
 namespace {
 
 constexpr double kDepth = 0.003;     // at the hand [m]
-constexpr double kSurface = -0.004;  // where the wall begins, at the hand [m]
+constexpr double kSurface = -0.004;  // position of the wall's surface, at the device [m]
 constexpr double kSettled = 0.45,
-                 kHeld = 1;     // after the first touch: the hand is in, and holds [s]
-constexpr double kMaxTime = 6;  // [s]
-constexpr double kMoves = 0.2;  // of the depth, to and fro meanwhile: restless
+                 // Time after the first contact at which the device is held at depth [s].
+    kHeld = 1;
+constexpr double kMaxTime = 6;                    // [s]
+constexpr double kMoves = 0.2;                    // of the depth, to and fro meanwhile: restless
 constexpr double kStiffest = 2e5, kSoftest = 10;  // at the hand [N/m]
 constexpr int kAcross = 14, kUp = 14;
 
@@ -45,7 +48,7 @@ struct Wire {
   double scale = 1;             // of positions: the object is as much stiffer
 };
 
-// `K`: at the hand [N/m].
+// `K`: stiffness at the device [N/m].
 Calm TryPress(double K, const Wire& line, RenderMode mode, const Arm& arm) {
   VirtualSlave::Options options;
   options.transform.position_scale = line.scale;
@@ -75,10 +78,10 @@ double Between(double low, double high, int i, int count) {
   return low * std::pow(high / low, (i + 0.5) / count);
 }
 
-// One square of the map: stiffness upwards, something else across.
+// One panel of the map: the vertical axis is the stiffness, the horizontal axis another quantity.
 struct Panel {
   std::string title, across;
-  double low = 0, high = 0;  // of what goes across
+  double low = 0, high = 0;  // range of the horizontal axis
   RenderMode mode = RenderMode::kLocal;
   Arm arm;
   Wire (*line)(double) = nullptr;
@@ -89,10 +92,10 @@ struct Panel {
 
 // A force held for T, `delay` old: passive up to b / (T / 2 + delay) (Colgate and Schenkel 1994).
 double HeldBound(const Wire& line, double b) {
-  constexpr double kSending = 0.005;  // sampling and sending take besides [s]
+  constexpr double kSending = 0.005;  // additional delay of sampling and sending [s]
   return b / (0.5 / line.rate + 2 * line.delay + kSending);
 }
-// The same of a law that is solved at 1 kHz: neither rate nor delay is in it.
+// The bound for a contact law that is solved locally at 1 kHz; it does not depend on rate or delay.
 double LocalBound(const Wire&, double b) {
   return 2 * b / 1e-3;
 }
@@ -121,7 +124,7 @@ std::vector<Panel> Panels() {
 // Counts of a panel's presses by outcome, and of those that theory has passive.
 struct Counts {
   std::array<int, 3> outcomes{};
-  int passive = 0, wrong = 0;  // wrong: passive in theory and unstable
+  int passive = 0, wrong = 0;  // wrong: passive in theory but unstable
 };
 
 constexpr std::array<const char*, 3> kOutcomes{"calm", "damped", "restless"};

@@ -1,15 +1,18 @@
 #!/usr/bin/env python3
-"""Forces under a tool that is not as its scene states it, or that leans: simulated presses through `process`.
+"""Measures force errors for a tool that differs from its scene, or that is tilted, in simulated presses through
+`process`.
 
 usage: tools.py [anchors] [leaning] [--bin FOLDER] [--only WORD] [--seed N]   (both; FOLDER build/release/bin)
 
-anchors   The template is cut from the first image of the shipped block, and its anchor is off along the tool by -3 to +5 px.
-leaning   Tools of radius 0 (flat) to 10 mm press a block and a disc, with a direction that leans by 0 to 20 degrees and does not
-          change, or in a hand that turns them by as much.
+  anchors   The template is cut from the first image of the shipped block, with an error of its anchor of -3 to +5 px
+            along the tool.
+  leaning   Tools of radius 0 (flat) to 10 mm press a block and a disc, with a constant tilt of 0 to 20 degrees, or in
+            a hand that rotates them by as much.
 
-Prints a line for each press. An error is the distance of the estimated from the true force, by the largest true force of the
-press. Contact states are those whose true force is more than a hundredth of it.
-Exit code 1: a valid contact state is off by more than a tenth; or, of a leaning tool, fewer than 80 % of them are valid.
+Prints a line for each press. An error is the distance of the estimated from the true force, relative to the largest
+true force of the press. Contact states are those whose true force is more than a hundredth of it.
+Exit code 1: a valid contact state has an error of more than a tenth; or, of a tilted tool, fewer than 80 % of the
+contact states are valid.
 """
 import argparse
 import csv
@@ -22,7 +25,7 @@ import tempfile
 ROOT = pathlib.Path(__file__).resolve().parents[3]
 sys.path.insert(0, str(ROOT / "tests/e2e"))
 from programs import png  # noqa: E402
-from setups import BOX, TIP, decoded  # noqa: E402  of the shipped block's first image
+from setups import BOX, TIP, decoded  # noqa: E402
 
 SCENE = ROOT / "deploy/scenes/silicone-block.yaml"
 MAX_ERROR, MIN_VALID, TOUCHES = 0.1, 0.8, 0.01

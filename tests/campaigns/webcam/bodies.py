@@ -1,5 +1,6 @@
-"""Forces and outlines of pressed bodies by finite elements that share nothing with the product: plane sheets of any outline under a
-flat or round tool that may tilt and wander, and blocks under a stick in the middle of their thickness.
+"""Computes forces and outlines of pressed bodies by finite elements that are independent of the product: plane sheets
+of any outline under a flat or round tool that may tilt and move sideways, and blocks under a stick in the middle of
+their thickness.
 
 Lengths in mm, moduli in kPa, forces in N. The face that the camera sees lies in the plane z = 0; y points up.
 """
@@ -8,18 +9,18 @@ import os
 import pathlib
 import sys
 
-os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # threads that spin make small matrices slow on a busy machine
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # spinning threads slow down small matrices on a busy machine
 import numpy as np  # noqa: E402
 from scipy.sparse.linalg import splu  # noqa: E402
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "presses"))
 from presses import bricks, elasticity, graded, meshed, triangle_matrix, solve  # noqa: E402
 
-UNDER = 24  # surface elements under the width of a tool
+UNDER = 24  # surface elements across the width of a tool
 
 
 def ring_of(conn):
-    """The boundary nodes of quadratic triangles, in order around the body."""
+    """Returns the boundary nodes of quadratic triangles in order around the body."""
     sides = {}
     for a, b, c, ab, bc, ca in conn:
         for first, last, middle in ((a, b, ab), (b, c, bc), (c, a, ca)):
@@ -41,7 +42,7 @@ def ring_of(conn):
 
 
 class Tool:
-    """The end of a rigid tool: its half width and shape, its direction with a tilt from straight down [rad]."""
+    """The end of a rigid tool: half width, shape, and tilt from straight down [rad]."""
 
     def __init__(self, width, shape, tilt=0.0):
         self.half, self.shape = width / 2, shape
@@ -49,7 +50,8 @@ class Tool:
         self.across = np.array([math.cos(tilt), math.sin(tilt)])
 
     def recess(self, aside):
-        """How far the end lies behind the tip at a place `aside` of the axis; infinite: beside the tool."""
+        """Returns the distance of the end face behind the tip at the distance `aside` from the axis; infinite beside
+        the tool."""
         if self.shape == "flat":
             return np.where(np.abs(aside) <= self.half, 0.0, np.inf)
         inside = np.maximum(self.half ** 2 - aside ** 2, 0)
@@ -57,7 +59,8 @@ class Tool:
 
 
 class Sheet:
-    """A sheet in plane stress, glued where `held(X)`, that a tool of `width` presses near `place` on its outline."""
+    """A sheet in plane stress that is fixed where `held(X)` and pressed by a tool of `width` near `place` on its
+    outline."""
 
     def __init__(self, outline, held, place, width, nu):
         outline, place = np.asarray(outline, float), np.asarray(place, float)
@@ -87,15 +90,15 @@ class Sheet:
         self.ring_compliance = moved[(2 * ring[:, None] + [0, 1]).ravel()]
 
     def press(self, tool, tips):
-        """For each place of the tool's tip: the force by E and thickness [mm], and the outline. A point of the surface that touches
-        sticks until it is pulled."""
-        offsets, results = {}, []  # of points that stick: their place on the tool, aside of its axis
+        """Returns for each position of the tool's tip the force divided by E and thickness [mm], and the outline. A
+        surface point in contact sticks until its force pulls."""
+        offsets, results = {}, []  # for each sticking point its distance from the tool's axis
         loads = np.zeros((len(self.near), 2))
         for tip in np.asarray(tips, float):
             for _ in range(60):
                 now = self.near + (self.compliance @ loads.ravel()).reshape(-1, 2)
                 aside, along = (now - tip) @ tool.across, (now - tip) @ tool.direction
-                depth = -along - tool.recess(aside)  # beyond the end of the tool: less than 0
+                depth = -along - tool.recess(aside)  # negative: the point does not reach the tool
                 depth[~np.isfinite(depth)] = -1
                 new = [i for i in np.where(depth > 1e-6)[0] if i not in offsets]
                 pulled = [i for i in offsets if loads[i] @ tool.direction < 0]
@@ -124,7 +127,8 @@ class Sheet:
 
 
 class Block:
-    """A block [width, height, thickness] that is glued below; a flat stick in the middle of its thickness presses its top."""
+    """A block [width, height, thickness] with a fixed bottom, whose top a flat stick presses in the middle of the
+    thickness."""
 
     def __init__(self, size, place, tool, extent, nu):
         width, height, thickness = size
@@ -154,6 +158,6 @@ class Block:
         self.ring, self.moved, self.height = X[ring, :2], moved[ring, :2], height
 
     def press(self, tool, tips):
-        """As Sheet.press, for a tool that moves straight down; the force is by E alone [mm^2]."""
+        """As Sheet.press, for a tool that moves straight down. The force is divided by E only [mm^2]."""
         depths = np.maximum(0, self.height - np.asarray(tips, float)[:, 1])
         return [(self.stiffness * depth, self.ring + depth * self.moved) for depth in depths]

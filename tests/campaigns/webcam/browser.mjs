@@ -1,5 +1,5 @@
-// The same person uses the page in Chromium: browser.mjs FOLDER. Needs PALPATE_BIN and PALPATE_SCRATCH as
-// tests/page/run.sh sets them. Prints {done, seconds} or {step, words}.
+// A simulated person uses the page in Chromium: browser.mjs FOLDER. Needs PALPATE_BIN and
+// PALPATE_SCRATCH as tests/page/run.sh sets them. Prints {done, seconds} or {step, words}.
 import { readFileSync } from 'node:fs';
 import path from 'node:path';
 
@@ -11,7 +11,7 @@ const person = await Person.open({ images: path.join(folder, 'frames/%06d.jpg'),
 const { page, stage } = person, began = Date.now();
 const settled = () => until(async () => !/\.\.\.$/.test(await stage.text('setup-hint')), 'the slave');
 let result;
-// Goes to the next step after the questions of this one are answered. Throws the objection of the page.
+// Answers the questions of a step and goes to the next one. Throws the page's error message.
 async function next() {
   await settled();
   const asked = page.locator('#setup-questions [data-answer=right]');
@@ -21,7 +21,7 @@ async function next() {
   if ((await step()) === before) throw Object.assign(new Error(), { step: before, words: [await stage.text('setup-problems')] });
 }
 try {
-  // The images repeat; the person freezes the one at rest.
+  // The images repeat; the person freezes the one without contact.
   const jpeg = readFileSync(path.join(folder, known.first)).toString('base64');
   await page.route('**/setup/image*', (route) => route.fulfill({ json: { jpeg } }));
   await page.click('#setup-freeze');

@@ -1,5 +1,6 @@
-"""Images of a webcam before a pressed body: a pinhole with a lens that nobody corrected, a background, a support, a ruler, a hand with
-its shadow, uneven light, drift of the exposure, noise and JPEG. Shares nothing with the product.
+"""Renders images of a webcam in front of a pressed body: a pinhole camera with uncorrected distortion, a background, a
+support, a ruler, a hand with its shadow, uneven light, drift of the exposure, noise and JPEG. The code is independent
+of the product.
 
 Lengths in mm in the frame of bodies.py; images in pixels, (0, 0) at the centre of the upper left one.
 """
@@ -8,12 +9,13 @@ import io
 import numpy as np
 from PIL import Image, ImageDraw, ImageFilter
 
-FINE = 3  # samples along a pixel
-QUALITY = 88  # of JPEG
+FINE = 3  # samples per pixel in each direction
+QUALITY = 88  # quality of JPEG
 
 
 class Camera:
-    """A pinhole at `at`, which looks along -z but for small `turns` about x, y and z [rad]; `focal` [px], `k1` of the lens."""
+    """A pinhole camera at `at` that looks along -z, rotated by small `turns` about x, y and z [rad]. `focal` is in px,
+    `k1` is the radial distortion."""
 
     def __init__(self, at, focal, size, turns=(0, 0, 0), k1=0.0):
         self.at, self.focal, self.size, self.k1 = np.asarray(at, float), focal, size, k1
@@ -29,7 +31,7 @@ class Camera:
         return np.stack([(self.size[0] - 1) / 2 + self.focal * x * bent, (self.size[1] - 1) / 2 - self.focal * y * bent], 1)
 
     def pixel(self):
-        """Edge of a pixel in the plane z = 0 [mm]."""
+        """Returns the edge of a pixel in the plane z = 0 [mm]."""
         return self.at[2] / self.focal
 
 
@@ -39,7 +41,7 @@ def at_depth(points, z):
 
 
 def finer(points, longest=3.0):
-    """A closed polygon with points at least every `longest`, so that the lens bends its sides."""
+    """Returns a closed polygon with points at least every `longest`, so that the distortion bends its sides."""
     points = np.asarray(points, float)
     parts = []
     for a, b in zip(points, np.roll(points, -1, 0)):
@@ -49,7 +51,7 @@ def finer(points, longest=3.0):
 
 
 def noise_field(rng, shape, slope):
-    """A field of standard deviation 1 whose amplitude falls with frequency^slope, as in photographs."""
+    """Returns a random field of standard deviation 1 whose amplitude falls with frequency^slope, as in photographs."""
     fy, fx = np.fft.fftfreq(shape[0])[:, None], np.fft.rfftfreq(shape[1])[None]
     away = np.maximum(np.hypot(fy, fx), 1 / max(shape))
     field = np.fft.irfft2(np.fft.rfft2(rng.normal(size=shape)) / away ** slope, shape)
@@ -57,7 +59,7 @@ def noise_field(rng, shape, slope):
 
 
 def background(kind, rng, size, level):
-    """An image [height, width, 3] of 0 to 255: a `wall`, `clutter` on a table, or a `photo`."""
+    """Returns an image [height, width, 3] of 0 to 255: a `wall`, `clutter` on a table, or a `photo`."""
     width, height = size
     tint = level * (1 + 0.06 * rng.normal(size=3))
     if kind == "wall":
@@ -103,7 +105,7 @@ def paint(canvas, points, colour):
 
 
 class Stage:
-    """What does not change while the tool presses, and `image`, which draws one instant. `setup` is a set-up of setups.py."""
+    """The constant parts of a scene. `image` draws one instant. `setup` is a set-up of setups.py."""
 
     def __init__(self, setup, rng):
         self.setup, self.rng, self.camera = setup, rng, setup.camera
@@ -124,14 +126,14 @@ class Stage:
         paint(canvas, (self.camera.project(finer(points)) + 0.5) * FINE, colour)
 
     def prism(self, canvas, outline, front, back, colour, side):
-        """A body with one outline in front and behind: its far face, its sides, then its near face."""
+        """Draws a body with equal front and rear outlines: its far face, its sides, then its near face."""
         far, near = at_depth(outline, back), at_depth(outline, front)
         self.fill(canvas, far, side)
         self.sides(canvas, near, far, side)
         self.fill(canvas, near, colour)
 
     def image(self, tip, outline, gain=1.0):
-        """A frame as JPEG: the tool's tip [x, y], the body's outline, and the gain of the exposure."""
+        """Draws an image as JPEG for the tool's tip [x, y], the body's outline, and the gain of the exposure."""
         setup, canvas = self.setup, self.base.copy()
         side = 0.82 * np.asarray(setup.colour)
         front, back = setup.tool_span()

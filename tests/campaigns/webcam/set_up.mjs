@@ -1,6 +1,7 @@
-// A person who sets up one scene through the modules of the page, without a browser: set_up.mjs FOLDER ADDRESS. FOLDER has
-// setup.json, what the person knows and clicks, and frozen.rgba, the frozen image. Writes the scene to FOLDER/saved, and prints
-// {step, words}: where and why the page stopped, {asked}: its questions, {done}: the sentences of step 7.
+// A simulated person sets up one scene through the modules of the page, without a browser:
+// set_up.mjs FOLDER ADDRESS. FOLDER contains setup.json, the person's knowledge and clicks, and
+// frozen.rgba, the frozen image. Writes the scene to FOLDER/saved, and prints {step, words}: where
+// and why the page stopped, {asked}: its questions, {done}: the sentences of step 7.
 import { mkdirSync, readFileSync, writeFileSync } from 'node:fs';
 import { crc32, deflateSync } from 'node:zlib';
 import path from 'node:path';
@@ -12,7 +13,7 @@ const { findTip, greyOf, imageTrouble, ontoEdge } = await load('setup_tip.js');
 const { questionsAt, sentencesOf } = await load('setup_questions.js');
 const { callWords, mistakeWords } = await load('setup_text.js');
 
-const OFF_PX = 2.5;  // of an outline that a person would see to be wrong, rms
+const OFF_PX = 2.5;  // rms error of an outline that a person would notice
 const [folder, address, cameraText] = process.argv.slice(2);
 const known = JSON.parse(readFileSync(path.join(folder, 'setup.json'), 'utf8')), [width, height] = known.size;
 const image = { width, height, data: readFileSync(path.join(folder, 'frozen.rgba')) }, grey = greyOf(image);
@@ -28,7 +29,7 @@ async function call(name, step, request) {
   return reply;
 }
 
-// PNG of a part of the image in colour: table-driven CRC per chunk.
+// Returns a part of the image as a colour PNG, with a table-driven CRC per chunk.
 function png([[u0, v0], [u1, v1]]) {
   const [w, h] = [u1 - u0 + 1, v1 - v0 + 1], rows = Buffer.alloc(h * (1 + 3 * w));
   for (let v = 0; v < h; ++v)
@@ -47,10 +48,11 @@ function png([[u0, v0], [u1, v1]]) {
   return Buffer.concat([Buffer.from([137, 80, 78, 71, 13, 10, 26, 10]), chunk('IHDR', head), chunk('IDAT', deflateSync(rows)), chunk('IEND', Buffer.alloc(0))]);
 }
 
-// How far the drawn outline is from the true edge [px, rms].
+// Returns the rms distance of the drawn outline from the true edge [px].
 const offEdge = (line) => Math.sqrt(line.reduce((sum, p) => sum + nearestOn(known.outline, p).distance ** 2, 0) / line.length);
 
-// Answers what the page asks at a step. A person knows the sizes, sees the line, and follows an advice about the image.
+// Answers the questions of a step. A person knows the sizes, sees the outline, and follows advice
+// about the image.
 async function answer(step) {
   for (;;) {
     const problems = problemsAt(step, answers);

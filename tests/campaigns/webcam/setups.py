@@ -1,4 +1,4 @@
-"""Set-ups of ten kinds, as people would have them: body, tool, camera, room, and what the person knows and clicks."""
+"""Ten kinds of plausible set-ups: body, tool, camera, surroundings, and what the person knows and clicks."""
 import math
 
 import numpy as np
@@ -12,12 +12,13 @@ CLICK_PX = 1.5  # standard deviation of a click
 
 
 class Setup:
-    """One set-up. `remedies`: what the page has asked for: a strip of `tape`, the camera at the `height` of the pressed edge."""
+    """One set-up. `remedies` are changes that the page has requested: a strip of `tape`, or the camera at the `height`
+    of the pressed edge."""
 
     def __init__(self, number, remedies=(), size=(640, 480)):
         self.kind, self.remedies = KINDS[number % len(KINDS)], tuple(remedies)
         self.rng = rng = np.random.default_rng(1000 + number)
-        # From the body to the tool at the start.
+        # Distance from the body to the tool at the start.
         self.above = 4.0 if "near" in self.remedies else max(4.0, np.random.default_rng(5000 + number).uniform(3, 6))
         def draw(low, high, step=0.0):
             value = rng.uniform(low, high)
@@ -44,7 +45,7 @@ class Setup:
             self.poisson, self.modulus, drift, tremor, self.shadow = 0.3, draw(15, 60, 1), 0.05, 0.2, 0.2
             tilt = rng.choice([-1, 1]) * draw(0.01, 0.03)
         self.width, self.height = width, height
-        # An object that differs from what is behind it.
+        # The object differs from its background.
         if "sheet" in self.remedies:
             self.background, self.wall = "wall", 175.0 if self.tool_colour.mean() < 100 else 60.0
         if abs(self.colour.mean() - self.wall) < 45 and self.kind != "disc":
@@ -62,9 +63,10 @@ class Setup:
         self.drift, self.tremor = drift, tremor
         self.outline, self.place, self.top = self._outline()
         low = self.outline[:, 1].min()
-        room = self.top - low + 14 + (40 if self.kind == "cube" else 0)  # below the middle of the image
+        room = self.top - low + 14 + (40 if self.kind == "cube" else 0)  # extent below the centre of the image
         pixel = max(max(width, height) / (draw(200, 260) * size[0] / 640), room / (0.475 * size[1]))
-        # A person who has read the guide: the lens at the height of the gap between object and tool, and straight; of a block above.
+        # A person who follows the guide mounts the lens straight, at the height of the gap between object and tool; for
+        # a block higher.
         eye = 0.5 * self.top if raised and "height" not in self.remedies else self.top + self.above / 2 + rng.normal(0, 3)
         eye = self.top + 40 if self.kind == "cube" else eye
         aside = self.place[0] if "middle" in self.remedies else width / 2 + self.left + 0.06 * width
@@ -124,7 +126,7 @@ class Setup:
         return points, np.array([width / 2 + 0.08 * width * self.rng.normal(), height]), height
 
     def held(self, X):
-        """Nodes that are glued."""
+        """Returns which nodes are fixed."""
         if self.is_disc or self.kind == "kidney":
             angle = np.arctan2(X[:, 1], X[:, 0])
             outer = np.hypot(*X.T) > 0.997 * np.interp(angle, *self._polar(np.hypot(*self.outline.T)))
@@ -135,20 +137,20 @@ class Setup:
 
     @property
     def arc(self):
-        """Ends of the glued part [degrees]."""
+        """Returns the ends of the fixed part [degrees]."""
         return {"disc": (-150, -30), "arc": (-112.5, -67.5), "kidney": (-140, -40)}[self.kind]
 
     def tool_span(self):
-        """From its front to its back, along z."""
+        """Returns the z range of the tool from front to back."""
         if self.by == "whole":
             return 1.0, -self.thickness - 1.0
         middle = -self.thickness / 2
         return middle + self.extent / 2, middle - self.extent / 2
 
     def support(self):
-        """Polygons with their colours: the table or stand below."""
+        """Returns polygons with their colours for the table or stand below."""
         low, left, right = self.outline[:, 1].min(), self.left, self.left + self.width
-        if self.is_disc or self.kind == "kidney":  # a cradle that is glued to the lower part
+        if self.is_disc or self.kind == "kidney":  # a cradle that holds the lower part
             angles = np.radians(np.linspace(*self.arc, 30))
             radius = np.hypot(*self.outline.T)
             at = np.stack([np.interp(angles, *self._polar(radius)) * np.cos(angles), np.interp(angles, *self._polar(radius)) *
@@ -167,7 +169,7 @@ class Setup:
     RULER = 80.0
 
     def ruler(self):
-        """Polygons with their colours: an upright ruler beside the body."""
+        """Returns polygons with their colours for an upright ruler beside the body."""
         x, y = self.left + self.width + 10, self.outline[:, 1].min() - 6
         self.ruler_marks = [[x + 3, y], [x + 3, y + self.RULER]]
         parts = [(at_depth([[x, y - 4], [x + 9, y - 4], [x + 9, y + self.RULER + 4], [x, y + self.RULER + 4]], 0), (235, 235, 230))]
@@ -177,7 +179,7 @@ class Setup:
         return parts
 
     def tips(self):
-        """Places of the tool's tip in each image: at rest, down, up, at rest, with tremor."""
+        """Returns the tip position in each image: at rest, down, up, at rest, with tremor."""
         rng, high = self.rng, self.above
         way = np.concatenate([np.zeros(5), (1 - np.cos(np.linspace(0, math.pi, 24))) / 2, np.ones(4),
                               (1 + np.cos(np.linspace(0, math.pi, 14))) / 2, np.zeros(2)])
@@ -191,7 +193,7 @@ class Setup:
         return 1 + self.drift * np.sin(np.linspace(0, 2.4, count)) * (1 if self.rng.random() < 0.5 else -1)
 
     def press(self):
-        """(force [N], outline) of each image."""
+        """Returns (force [N], outline) for each image."""
         tips = self.tips()
         if self.by == "part":
             body = Block((self.width, self.height, self.thickness), self.place[0], self.tool_width, self.extent, self.poisson)
@@ -202,7 +204,7 @@ class Setup:
         return tips, [(unit * force, outline) for force, outline in body.press(self.tool, tips)]
 
     def clicks(self, seed):
-        """What the person clicks and types: places in the image with the errors of a hand, and the true sizes."""
+        """Returns the input of the person: clicked positions in the image with random errors, and the true sizes."""
         rng = np.random.default_rng(seed)
         def click(points, z=0.0):
             return (self.camera.project(at_depth(points, z)) + rng.normal(0, CLICK_PX, (len(np.atleast_2d(points)), 2))).tolist()

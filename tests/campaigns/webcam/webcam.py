@@ -1,12 +1,12 @@
 #!/usr/bin/env python3
-"""Webcam set-ups of ten kinds through the modules of the page and the slave; the forces against finite elements and images that
-share nothing with the product.
+"""Runs ten kinds of webcam set-ups through the modules of the web page and the slave. References are independent finite
+elements and images.
 
 usage: webcam.py [--count N] [--first N] [--only KIND] [--browser] [--faults] [--bin FOLDER] [--keep FOLDER]   (30 set-ups)
 
-Each set-up is rendered, set up by a person whose clicks are off, and processed. Where the page asks for a strip of tape or another
-height of the camera, the person follows it once. Prints a line for each set-up, then the totals. Needs NumPy, SciPy, Gmsh, Pillow
-and Node.js.
+Each set-up is rendered, set up by a simulated person with inexact clicks, and processed. Where the page asks for a
+strip of tape or another height of the camera, the person follows it once. Prints a line for each set-up, then the
+totals. Needs NumPy, SciPy, Gmsh, Pillow and Node.js.
 """
 import argparse
 import csv
@@ -26,11 +26,11 @@ from render import Stage
 from setups import KINDS, RATE, Setup
 
 HERE = pathlib.Path(__file__).resolve().parent
-TOUCH, SILENT = 0.02, 0.10  # of the peak: a state in contact; an error that is not to be valid
+MIN_CONTACT_FORCE, MAX_VALID_ERROR = 0.02, 0.10  # relative to the peak: smallest force of a state in contact; largest error of a valid force
 
 
 def rendered(setup, number, folder):
-    """Images, true forces and what the person knows of a set-up, in `folder`."""
+    """Writes images, true forces and the person's input of a set-up to `folder`."""
     if (folder / "setup.json").exists():
         known = json.loads((folder / "setup.json").read_text())
         (folder / "setup.json").write_text(json.dumps({**known, **setup.clicks(number)}))
@@ -50,7 +50,7 @@ def rendered(setup, number, folder):
 
 
 class Program:
-    """A program that prints `words` before its address."""
+    """A program in the background that prints `words` before its address."""
 
     def __init__(self, words, *command):
         self.process = subprocess.Popen([str(word) for word in command], stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
@@ -67,7 +67,7 @@ class Program:
 
 
 def set_up_in_modules(programs, folder):
-    """What the page's modules make of the set-up in `folder`."""
+    """Runs the page's modules on the set-up in `folder`. Returns their result."""
     images = folder / "frames/%06d.jpg"
     width, height = json.loads((folder / "setup.json").read_text())["size"]
     slave = Program("listening on ", programs / "palpate-slave", "serve", "--setup", folder / "kept", "--camera", images,
@@ -88,7 +88,7 @@ def set_up_in_modules(programs, folder):
 
 
 def set_up_in_browser(programs, folder):
-    """The same through the page in Chromium, by tests/page/run.sh's packages."""
+    """Does the same with the page in Chromium, with the packages of tests/page/run.sh."""
     scratch = HERE.parents[2] / "build/page"
     shutil.rmtree(folder / "browser", ignore_errors=True)
     environment = {**os.environ, "PALPATE_BIN": str(programs.resolve()), "PALPATE_SCRATCH": str(scratch)}
@@ -99,7 +99,7 @@ def set_up_in_browser(programs, folder):
 
 
 def processed(programs, folder, scene):
-    """Forces, sigmas and validities of the images of a set-up."""
+    """Processes the images of a set-up. Returns forces, sigmas and validities."""
     out = folder / "out"
     subprocess.run([programs / "palpate-slave", "process", folder / scene, "--out", out], check=True, capture_output=True)
     with open(out / "states.csv") as file:
@@ -107,18 +107,19 @@ def processed(programs, folder, scene):
 
 
 def compared(states, truth):
-    """Of the states in contact: valid ones, their errors by the peak, and how many lie within one and two sigma."""
+    """Evaluates the states in contact: returns which are valid, their errors relative to the peak, and how many are
+    within one and two sigma."""
     force = np.array([np.sqrt(sum(float(row["f" + a] or "nan") ** 2 for a in "xyz")) for row in states])
     sigma = np.array([float(row["sigma"] or "nan") for row in states])
     valid = np.array([row["validity"] == "valid" for row in states])
     truth = truth[:len(force)]
-    peak, touched = truth.max(), truth > TOUCH * truth.max()
+    peak, touched = truth.max(), truth > MIN_CONTACT_FORCE * truth.max()
     used = valid & touched
     error = (force - truth) / peak
     within = [np.abs(error[used]) * peak <= count * sigma[used] for count in (1, 2)]
     free = valid & (truth == 0)
     return {
-        "peak": peak, "touched": int(touched.sum()), "valid": int(used.sum()), "silent": int((np.abs(error[used]) > SILENT).sum()),
+        "peak": peak, "touched": int(touched.sum()), "valid": int(used.sum()), "silent": int((np.abs(error[used]) > MAX_VALID_ERROR).sum()),
         "rms": float(np.sqrt((error[used] ** 2).mean())) if used.any() else float("nan"),
         "worst": float(error[used][np.abs(error[used]).argmax()]) if used.any() else float("nan"),
         "one": int(within[0].sum()), "two": int(within[1].sum()), "free_sigma_0": int((free & (sigma == 0)).sum()),
@@ -137,7 +138,7 @@ def line_of(result):
 
 
 def remedy_of(words):
-    """What a sentence of the page asks for."""
+    """Returns the remedy that a message of the page requests."""
     text = " ".join(words)
     return "tape" if "strip of tape" in text else "sheet" if "plain sheet" in text else \
         "height" if "height of the" in text else "middle" if "in the middle of the image" in text else \
@@ -145,7 +146,7 @@ def remedy_of(words):
 
 
 def tried(programs, number, scratch, set_up=set_up_in_modules):
-    """A set-up, and again as often as the page's advice is followed."""
+    """Runs a set-up, and again each time the page's advice is followed."""
     remedies, advice = [], []
     while True:
         folder = scratch / "-".join([str(number), *remedies])
@@ -164,7 +165,8 @@ def tried(programs, number, scratch, set_up=set_up_in_modules):
 
 
 def damaged(count, rng):
-    """Name: for each image of a damaged sequence the number of the true one that it shows, and a gain of its exposure."""
+    """Returns damaged sequences by name: for each image the number of the true image that it shows, and the gain of its
+    exposure."""
     whole, plain = np.arange(count), np.ones(count)
     kept = np.sort(rng.choice(whole[1:], int(0.8 * count), replace=False))
     doubled, late = whole.copy(), whole.copy()
@@ -178,7 +180,7 @@ def damaged(count, rng):
 
 
 def run_faults(programs, scratch):
-    """Damaged sequences of one set-up at 1280 x 720, each image against the force at its time."""
+    """Processes damaged sequences of one set-up at 1280 x 720. Compares each image with the true force at its time."""
     folder, silent = scratch / "faults", 0
     rendered(Setup(0, size=(1280, 720)), 0, folder)
     result = set_up_in_modules(programs, folder)
@@ -194,7 +196,7 @@ def run_faults(programs, scratch):
             image = Image.open(folder / f"frames/{number:06d}.jpg").point(lambda level, gain=gain: min(255, gain * level))
             image.save(images / f"{i:06d}.jpg", quality=95)
         (folder / "saved/damaged.yaml").write_text(scene.replace(str(folder / "frames"), str(images)))
-        # A dropped image leaves a gap; in place of a late or doubled one comes the one before.
+        # A dropped image leaves a gap. A late or doubled one is replaced by the previous image.
         at_time = truth[shown] if name == "dropped" else truth
         found = compared(processed(programs, folder, "saved/damaged.yaml"), at_time)
         silent += found["silent"]

@@ -1,6 +1,6 @@
-// Reads recordings with @mcap/core, which is none of ours: for each FILE a line of JSON with its messages per topic, the
-// last time of each, its schemas and attachments, whether it ends as a whole file does, and for whole files the messages
-// that its index leads to.
+// Reads recordings with the independent library @mcap/core. Prints for each FILE a line of JSON
+// with its messages per topic, the last time of each, its schemas and attachments, whether it is
+// complete, and for complete files the number of messages in its index.
 const fs = require("node:fs");
 const { McapStreamReader, McapIndexedReader } = require("@mcap/core");
 const fzstd = require("fzstd");

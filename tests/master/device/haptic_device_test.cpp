@@ -24,7 +24,7 @@ DeviceCapabilities Capabilities() {
   return own;
 }
 
-// A driver that reads what the test sets, and keeps what it receives.
+// A driver that returns the reading set by the test and records the forces that it receives.
 class Recorded final : public HapticDevice {
  public:
   explicit Recorded(const DeviceCapabilities& own = Capabilities()) : HapticDevice(own) {}
@@ -113,7 +113,7 @@ TEST_F(HapticDeviceTest, AfterAFaultTheSwitchMustOpenFirst) {
   EXPECT_TRUE(reading_.engaged);
 }
 
-// With what every driver goes through, and the devices that move an arm.
+// Also tests the base class of all drivers and the devices that move an arm.
 TEST(HapticDeviceAllocationTest, ReadingAndWritingTakeNothingFromTheHeap) {
   struct Quiet final : RateSource {
     RateInput Poll(Time /*now*/) override { return {{1, 0, 0}, true}; }
@@ -137,8 +137,8 @@ TEST(HapticDeviceAllocationTest, ReadingAndWritingTakeNothingFromTheHeap) {
   EXPECT_EQ(AllocationCount(), before);
 }
 
-// Random readings, faults, forces and steps: whatever comes, the driver gets no more than the
-// limits, rises no faster, and gets nothing without a calibrated, new and good reading.
+// Random readings, faults, forces and steps: the driver never gets a force above the limit or one
+// that rises faster than allowed, and gets no force without a calibrated, new and valid reading.
 TEST(HapticDevicePropertyTest, NoOrderOfCallsSkipsALimit) {
   std::mt19937_64 random(20261125);
   const auto below = [&random](int n) {

@@ -70,7 +70,7 @@ TEST(PlaybackTest, ErrorsTellFileLineAndWhatIsAccepted) {
   EXPECT_THAT(ErrorOf(header + "1,1e30,0,0\n"), HasSubstr("position = 1e+30 m"));
 }
 
-// A hand moves within a metre or so: 9 m are millimetres.
+// An operator's motion is about a metre at most, so 9 m must be in millimetres.
 TEST(PlaybackTest, MillimetresAreConvertedWhereTheyAreNamedAndRefusedWhereNot) {
   EXPECT_THAT(ErrorOf("time_s,x,y,z\n0,0,0,0\n1,0,-9,0\n"),
               AllOf(HasSubstr(":3: position = 9 m"), HasSubstr("in mm it would be 0.009 m"),

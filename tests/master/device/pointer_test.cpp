@@ -10,7 +10,7 @@ namespace {
 constexpr double kSpeed = 0.05;  // [m/s]
 const Eigen::Vector3d kAim(0.02, -0.01, 0);
 
-// A page that says every 20 ms what it aims at, and the loop that reads every millisecond.
+// A web page that sends its target every 20 ms, and a loop that reads it every millisecond.
 class Stage {
  public:
   explicit Stage(double speed = kSpeed) : pointer(speed) {}
@@ -81,7 +81,7 @@ TEST_F(PointerTest, APageThatComesBackToLifeHoldsNothingUntilItIsPressedAgain) {
   EXPECT_TRUE(stage.pointer.holds());
 }
 
-// It aims from its own zero, and never let go.
+// Its targets count from its own origin, and it was never released.
 TEST_F(PointerTest, AnotherPageHoldsAfterASilentOneAndMovesNothing) {
   const Eigen::Vector3d before = stage.Run(2, kAim, true).p_M;
   stage.Run(0.5, kAim, true, false);

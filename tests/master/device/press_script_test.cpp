@@ -13,7 +13,7 @@ namespace {
 constexpr double kTick = 0.001;  // [s]
 const Eigen::Vector3d kInward(0, -1, 0);
 
-// A hand that is where it means to be, a surface `gap` away.
+// A device that is always at its target, at a distance `gap` from the surface.
 struct Walk {
   double peak_speed = 0, deepest = -1, contact = 0, held = 0, presses = 0;
 };
@@ -37,8 +37,8 @@ Walk WalkFor(PressScript& script, double seconds, double gap) {
 
 class PressScriptGapTest : public testing::TestWithParam<double> {};
 
-// Reference: the requested depth. The peak of a minimum-jerk ramp is exact; ticks lie at most half
-// a millisecond from it, which costs less than 1e-5 of it on the shortest ramp here.
+// Reference: the requested depth. The peak of a minimum-jerk ramp is exact. A tick is at most half
+// a millisecond from it, which changes the depth by less than 1e-5 of it on the shortest ramp here.
 TEST_P(PressScriptGapTest, PressesToTheDepthAtTheSpeedAndHoldsAThirdOfTheContact) {
   PressScript script(0.005, 0.020, 0.01);
   const Walk walk = WalkFor(script, 8, GetParam());

@@ -14,7 +14,7 @@ Time At(double t) {
   return kStart + Seconds(t);
 }
 
-// A source that returns what the test sets.
+// A source that returns the value set by the test.
 struct Scripted final : RateSource {
   RateInput Poll(Time /*now*/) override { return input; }
   void Cue(double share, Time /*now*/) override { cue = share; }

@@ -14,7 +14,8 @@ const Eigen::Vector3d kInward(0, -1, 0);
 constexpr double kGap = 0.004;    // [m]
 constexpr double kDepth = 0.005;  // [m]
 
-// Lets the hand press a wall of stiffness `K` [N/m] for `seconds`; returns the depths, one per ms.
+// Makes the simulated operator press a wall of stiffness `K` [N/m] for `seconds`. Returns the depth
+// of each millisecond.
 std::vector<double> Press(SimHand& hand, double K, double seconds, double force_limit) {
   std::vector<double> depths;
   const Time start{std::chrono::hours(1)};
@@ -61,8 +62,9 @@ TEST(SimHandTest, GivesWayToAForceByItsOwnStiffness) {
   EXPECT_NEAR(reading.p_M.y(), 0.8 / 800, 1e-6);
 }
 
-// A force that nobody renews lasts 20 ms: the loop that wrote it may have been stopped. Reference:
-// impulse: the arm at rest gains F t / m in that time, less what spring and damper take (a third).
+// A force that is not renewed ends after 20 ms, because the loop that wrote it may have stopped.
+// Reference: impulse. In that time the arm at rest gains the speed F t / m, reduced by a third by
+// spring and damper.
 TEST(SimHandTest, LetsGoWhereNobodyRenewsTheForce) {
   SimHand hand(kDepth, 0.020);
   const Time start{std::chrono::hours(1)};

@@ -61,7 +61,7 @@ TEST(TurnPassivityTest, ATorqueThatDrivesTheHandleReceivesNoMoreThanTheCredit) {
   }
 }
 
-// A rotational spring that the operator winds up and lets go returns what it received.
+// A rotational spring that the operator winds up and releases returns the energy that it received.
 TEST(TurnPassivityTest, ASpringThatTheOperatorWoundIsNotWeakened) {
   TurnPassivity turning;
   Vector3d t(0, 0, 0);

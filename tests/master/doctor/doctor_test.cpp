@@ -106,8 +106,8 @@ TEST(DoctorTest, DatagramsAreTriedAndTheSlaveIsLeftAsItWas) {
   EXPECT_EQ(slave.ends(), 1);
 }
 
-// Reference: measurements that would take two minutes each; the limit is far above what ending
-// takes and far below those.
+// The measurements would take two minutes each. The time limit is far above the duration of a
+// cancellation and far below two minutes.
 TEST(DoctorTest, AnExaminationEndsWhenItIsAskedTo) {
   FakeSlave slave;
   Server server(slave, "127.0.0.1:0", false);

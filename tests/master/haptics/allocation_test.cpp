@@ -1,4 +1,4 @@
-// Counts what the haptic loop takes from the heap: it must be nothing.
+// Counts the heap allocations of the haptic loop; there must be none.
 #include <memory>
 
 #include <gtest/gtest.h>
@@ -18,8 +18,8 @@ TEST(AllocationTest, TheCounterCounts) {
   EXPECT_EQ(OwnAllocationCount(), own + 1);
 }
 
-// Ten thousand ticks with everything that happens: engaging, pressing, a changed model, silence,
-// an unknown force, letting go.
+// Ten thousand ticks with all events: engaging, pressing, a changed model, a silent slave, an
+// unknown force, releasing.
 TEST(AllocationTest, TenThousandTicksAllocateNothing) {
   for (const RenderMode mode : {RenderMode::kLocal, RenderMode::kInterpolate, RenderMode::kHold}) {
     Rig rig({}, mode);

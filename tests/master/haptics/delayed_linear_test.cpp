@@ -11,8 +11,8 @@ Eigen::Vector3d Along(double x) {
   return {x, 0, 0};
 }
 
-// Jitter delays samples, but the output never goes backwards on a rising force: the play-out time
-// steps back only once, by the growth of the delay estimate.
+// Jitter delays samples, but the output never decreases on a rising force, except once: the
+// play-out time steps back when the delay estimate grows.
 TEST(DelayedLinearTest, JitterNeitherStallsNorOvershoots) {
   DelayedLinear shown;
   const double period = 1.0 / 60;

@@ -1,5 +1,5 @@
-// The haptic loop against objects that lie in any direction and are sensed by fingertips: states at
-// 100 Hz, forces that lag by half of a network's window.
+// The haptic loop with objects in any orientation that fingertips sense: states at 100 Hz, forces
+// that lag by half of a network's window.
 #include <algorithm>
 #include <cmath>
 #include <tuple>
@@ -38,10 +38,11 @@ const std::vector<Eigen::Vector3d> kNormals{{0, 0, 1},  {0, 0, -1}, {-1, 0, 0}, 
 
 class AnyDirectionTest : public testing::TestWithParam<Eigen::Vector3d> {};
 
-// Reference: the motion of the simulated operator: each 4 s the depth, along the plane's normal and
-// nowhere else, in a hand's frame that is turned against the slave's. Tolerance: 2 % of the depth
-// are left to the hand's own correction, as against a wall of springs; sideways a line is followed
-// to rounding (1e-7 m: shear springs of 120 N/m meet an entry known to 1e-10).
+// Reference: the motion of the simulated operator, who reaches the depth every 4 s along the
+// plane's normal only, in a device frame that is rotated relative to the slave's. Tolerance: 2 % of
+// the depth for the simulated operator's own correction, as with a wall of springs. Sideways it
+// follows a line to rounding (1e-7 m: shear springs of 120 N/m start at an entry point known to
+// 1e-10).
 TEST_P(AnyDirectionTest, TheHandPressesAlongTheNormalAndRetreatsEveryFourSeconds) {
   VirtualSlave::Options options = Foam(GetParam());
   options.transform.R_SM =
@@ -72,10 +73,10 @@ INSTANTIATE_TEST_SUITE_P(Normals, AnyDirectionTest, testing::ValuesIn(kNormals))
 
 class SlowStatesTest : public testing::TestWithParam<std::tuple<double, double>> {};
 
-// Reference: the law of the wall. However late the 100 Hz states are, though one in twenty is lost
-// and their force lags by a quarter of a second more, the master renders exactly K d + shear at its
-// own depth: it cannot oscillate, reaches the depth, does not pass it, nothing is damped, and the
-// port gives out nothing.
+// Reference: the law of the wall. The states come at 100 Hz with any delay, one in twenty is lost,
+// and their force lags by another quarter of a second. The master still renders exactly K d + shear
+// at its own depth: there is no oscillation, the depth is reached without overshoot, nothing is
+// damped, and the port delivers no energy.
 TEST_P(SlowStatesTest, TheForceIsTheLawAtTheHandsOwnPlace) {
   VirtualSlave::Options options = Foam({1, 2, 3});
   std::tie(options.K, options.delay) = GetParam();
@@ -105,7 +106,8 @@ TEST_P(SlowStatesTest, TheForceIsTheLawAtTheHandsOwnPlace) {
   EXPECT_LT(worst, 1e-6) << "the entry is where the hand came through, to 1e-9 m";
   EXPECT_GT(peak, 0.9 * kDepth);
   EXPECT_LT(peak, 1.02 * kDepth);
-  // No jolt: what the hand's own speed of 20 mm/s makes in a tick of 1 ms, with as much to spare.
+  // No step of the force: at most twice the change that the device's speed of 20 mm/s causes in a
+  // tick of 1 ms.
   EXPECT_LT(largest_step, 2 * options.K * 0.020 * 0.001);
   EXPECT_GT(rig.loop.passivity().min_balance(), -1e-9);
 }
@@ -114,7 +116,7 @@ INSTANTIATE_TEST_SUITE_P(Lines, SlowStatesTest,
                          testing::Combine(testing::Values(60, 200, 1000, 1900),
                                           testing::Values(0, 0.010, 0.050, 0.250)));
 
-// A hand that goes in at constant speed from 1 s on.
+// A device that moves into the object at constant speed from 1 s on.
 class Ramp final : public TestDevice {
  public:
   explicit Ramp(const Eigen::Vector3d& velocity) : velocity_(velocity) {}
@@ -129,7 +131,7 @@ class Ramp final : public TestDevice {
   Time begin_{};
 };
 
-// Rms and peak of the force error while a ramp goes on, of which the window is full.
+// Rms and peak of the force error during a ramp that fills the window.
 ForceError::Summary ErrorOnRamp(const VirtualSlave::Options& options, double speed,
                                 RenderMode mode) {
   Rig rig(options, mode, 100);
@@ -144,9 +146,9 @@ ForceError::Summary ErrorOnRamp(const VirtualSlave::Options& options, double spe
 }
 
 // Reference: on a ramp K v the mean over 50 samples lags by 24.5 samples. The interpolation lags by
-// one more and by the link's delay. The tool follows the device after the delay and the tick in
-// which the command leaves, so the force on the device leads the truth by these. The local model
-// knows the place, so only this lead is left.
+// one more and by the link's delay. The tool follows the device after the link's delay plus the
+// tick in which the command is sent, so the rendered force leads the true one by this time. The
+// local model uses the device's position, so only this lead remains.
 TEST(LaggingForceTest, ShowsInTheErrorOfInterpolationAndNotInThatOfTheLocalModel) {
   VirtualSlave::Options options = Foam({-1, 0, 1});
   options.shear = 0;

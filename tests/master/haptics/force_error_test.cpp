@@ -36,7 +36,7 @@ TEST(BreakingErrorTest, TicksFromTheBreakToNoForceStandApart) {
   tick(0.5, 0, true);
   tick(0.2, 0, true);
   tick(0, 0, true);
-  tick(0, 0.5, true);  // it pushes, and nothing is shown: an error of the contact
+  tick(0, 0.5, true);  // the object pushes but no force is rendered: a contact error
   tick(1, 0.5, false);
   EXPECT_EQ(breaking.punctures(), 1U);
   EXPECT_EQ(breaking.longest(), 5U);

@@ -22,14 +22,15 @@ constexpr double kHandSpeed = 0.3;     // [m/s]
 constexpr double kHandChange = 0.01;   // of its speed in a tick [m/s]
 constexpr int kMaxTicks = 5000;        // [ticks]
 
-using Lie = std::function<void(SlaveState* state, int n)>;  // n: states since the beginning
+using Falsification =
+    std::function<void(SlaveState* state, int n)>;  // n: states since the beginning
 
-// What is wrong in a state: by how much is drawn, and in which of every 2 `period` states.
-Lie DrawLie(Choices* choices) {
+// Draws a false value in a state: its size, and in which of every 2 `period` states it occurs.
+Falsification DrawFalsification(Choices* choices) {
   const Eigen::Vector3d by = choices->Within(1);
   const double wild = choices->Wild();
   const int period = 1 + choices->Byte() / 4;
-  const std::array<Lie, 16> lies{
+  const std::array<Falsification, 16> falsifications{
       [=](SlaveState* s, int) { s->local_model.stiffness(1, 1) = wild; },
       [=](SlaveState* s, int) { s->local_model.stiffness += 5e3 * by * by.transpose(); },
       [=](SlaveState* s, int) { s->local_model.stiffness(0, 1) += 5e3 * by.x(); },
@@ -47,12 +48,12 @@ Lie DrawLie(Choices* choices) {
       [=](SlaveState* s, int) { s->phase = static_cast<Phase>(1 + period % 5); },
       [=](SlaveState* s, int) { s->validity = static_cast<Validity>(period % 6); },
   };
-  return [lie = choices->Among(lies), period](SlaveState* state, int n) {
-    if (n / period % 2 == 0) lie(state, n);
+  return [falsify = choices->Among(falsifications), period](SlaveState* state, int n) {
+    if (n / period % 2 == 0) falsify(state, n);
   };
 }
 
-// As it would come through the wire; nothing where the wire refuses it.
+// Returns a patch as the link would deliver it; nullopt if the message conversion refuses it.
 std::optional<ReceivedPatch> DrawPatch(Choices* choices, std::uint32_t epoch) {
   ReceivedPatch drawn = WallPatch(choices->Among(std::array<double, 4>{60, 600, 2000, 1e6}), epoch,
                                   choices->Within(-0.008, 0.004));
@@ -85,8 +86,8 @@ class Sequence {
               .delay = choices_.Among(std::array<double, 4>{0, 0.005, 0.05, 0.2}),
               .sensor_rate = choices_.Among(std::array<double, 2>{60, 500})},
              static_cast<RenderMode>(choices_.Below(3)), kForceLimit, kSlewLimit) {
-    rig_.slave.lie = [this](SlaveState* state) {
-      for (const Lie& lie : lies_) lie(state, states_);
+    rig_.slave.falsify = [this](SlaveState* state) {
+      for (const Falsification& falsify : falsifications_) falsify(state, states_);
       ++states_;
     };
   }
@@ -114,10 +115,10 @@ class Sequence {
         return;
       case 5:
       case 6:
-        lies_[choices_.Below(lies_.size())] = DrawLie(&choices_);
+        falsifications_[choices_.Below(falsifications_.size())] = DrawFalsification(&choices_);
         return;
       case 7:
-        lies_[choices_.Below(lies_.size())] = [](SlaveState*, int) {};
+        falsifications_[choices_.Below(falsifications_.size())] = [](SlaveState*, int) {};
         return;
       case 8:
         if (const auto patch = DrawPatch(&choices_, rig_.loop.record().epoch)) {
@@ -178,7 +179,7 @@ class Sequence {
         is_broken_ = true;
     }
   }
-  // A hand has mass, and an end of its reach.
+  // Moves the simulated device, which has mass and a limited workspace.
   void Tick() {
     ++ticks_;
     DeviceReading& hand = puppet_.reading;
@@ -205,9 +206,9 @@ class Sequence {
   Choices choices_;
   Rig rig_;
   Puppet puppet_;
-  Eigen::Vector3d aim_{0, 0, 0};  // velocity that the hand seeks [m/s]
-  std::array<Lie, 4> lies_{[](SlaveState*, int) {}, [](SlaveState*, int) {},
-                           [](SlaveState*, int) {}, [](SlaveState*, int) {}};
+  Eigen::Vector3d aim_{0, 0, 0};  // target velocity of the device [m/s]
+  std::array<Falsification, 4> falsifications_{[](SlaveState*, int) {}, [](SlaveState*, int) {},
+                                               [](SlaveState*, int) {}, [](SlaveState*, int) {}};
   PortEnergy port_{PortEnergy::LeftInContact::kReturned};
   int states_ = 0, ticks_ = 0;
   bool is_broken_ = false;  // the device, for a tick

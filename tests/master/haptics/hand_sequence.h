@@ -6,7 +6,8 @@
 
 namespace palpate {
 
-// Throws std::logic_error where the hand gets more force, change or energy than the master allows.
+// Throws std::logic_error if the device gets more force, more change of force or more energy than
+// the master allows.
 void RunHand(Choices choices);
 
 }  // namespace palpate

@@ -15,7 +15,7 @@ namespace {
 using enum OperatorState;
 constexpr double kInside = -0.006;  // y, 2 mm below the virtual slave's surface [m]
 
-// A rig in which the hand follows, 2 mm deep in a wall of 500 N/m: 1 N.
+// Master and slave with the tool following, 2 mm deep in a wall of 500 N/m: 1 N.
 class HapticLoopTest : public testing::Test {
  protected:
   void SetUp() override { Engage(rig_); }
@@ -53,8 +53,9 @@ TEST_F(HapticLoopTest, MapsPositionsAndForcesBetweenTheFrames) {
   EXPECT_NEAR((rig.loop.record().p_S - Eigen::Vector3d(0.1, 0.198, 0)).norm(), 0, 1e-9);
 }
 
-// The clutch closes again with the tool 2 mm inside, the hand goes back out at 20 mm/s. What the
-// contact gives back was put in before: nothing is damped, and the law holds all the way.
+// The clutch closes again with the tool 2 mm inside, and the device retreats at 20 mm/s. The
+// contact returns only energy that was put in before, so nothing is damped and the force follows
+// the law throughout.
 TEST_F(HapticLoopTest, AContactTakenUpPressedGivesBackWhatItHolds) {
   rig_.Release(puppet_, 0.2);
   rig_.Engage(puppet_, 0.1);
@@ -88,8 +89,8 @@ TEST_F(HapticLoopTest, SilenceHoldsTenMillisecondsThenFadesToZeroInForty) {
   EXPECT_EQ(at(52), 0) << "80 ms after the last state, and the two ticks of measuring it";
 }
 
-// A device drops its force at a fault. A loop that faded from its own last force would give it
-// back.
+// A device removes its force at a fault. A loop that faded from its own last force would apply it
+// again.
 TEST_F(HapticLoopTest, AfterADeviceFaultTheForceIsZeroUntilANewEngagement) {
   ASSERT_NEAR(puppet_.force.y(), 1, 1e-12);
   puppet_.reading.status.fault = DeviceFault::kSilent;
@@ -117,7 +118,7 @@ TEST_F(HapticLoopTest, FreshStatesWithin250MillisecondsBlendBackIn) {
   EXPECT_NEAR(last, 1, 1e-12);
 }
 
-// While the force is unknown the tool must not go on pushing unseen.
+// While the force is unknown, the tool must not be pushed deeper.
 TEST_F(HapticLoopTest, LostTrackingFadesTheForceAndStopsTheTool) {
   rig_.slave.validity = Validity::kTrackingLost;
   rig_.Run(puppet_, 0.01);
@@ -176,8 +177,8 @@ TEST_F(HapticLoopTest, ImpossibleDeviceReadingsNeverReachHandOrSlave) {
   }
 }
 
-// Each number of a state in turn becomes nonsense: the force stays finite and within the limit, and
-// a slave that only talks nonsense is as good as silent.
+// Each number of a state in turn gets an impossible value: the force stays finite and within the
+// limit, and a slave that sends only such states is treated as silent.
 TEST_F(HapticLoopTest, ImpossibleStatesAreIgnoredAndThenHold) {
   const std::vector<std::function<void(SlaveState*, double)>> faults{
       [](SlaveState* s, double bad) { s->force = Eigen::Vector3d(0, bad, 0); },
@@ -243,7 +244,7 @@ TEST_F(HapticLoopTest, CommandsAreAbsoluteNumberedAndCarryEpochAndEcho) {
   EXPECT_FALSE(command->engaged);
 }
 
-// What is known to be over is not waited for: 40 ms from the end of the stream, not 80.
+// After the end of the stream the loop does not wait for the timeout: 40 ms from the end, not 80.
 TEST_F(HapticLoopTest, TheEndOfTheStreamFadesAtOnce) {
   rig_.slave.silent = true;
   rig_.states.Put({SlaveState(), rig_.now, 0, 0, true});
@@ -258,20 +259,20 @@ TEST_F(HapticLoopTest, TheEndOfTheStreamFadesAtOnce) {
   EXPECT_EQ(rig_.state(), kHold);
 }
 
-// 60 ms, or 40 ms of an arm, have passed in the slave by then; with what the line takes 100 ms are
-// not exceeded.
+// 60 ms (with an arm, 40 ms) have passed in the slave by then; with the link's delay the total is
+// at most 100 ms.
 TEST_F(HapticLoopTest, OfASilentSensorOrArmNoForceIsLeftAfterThirtyMilliseconds) {
   const auto is_stale = [](SlaveState* state) { state->validity = Validity::kStale; };
   const auto is_faulty = [](SlaveState* state) {
     state->phase = Phase::kHold;
     state->check = FailedCheck::kArmFault;
   };
-  for (const std::function<void(SlaveState*)>& lie :
+  for (const std::function<void(SlaveState*)>& falsify :
        {std::function<void(SlaveState*)>(is_stale), std::function<void(SlaveState*)>(is_faulty)}) {
     Rig rig;
     Engage(rig);
     ASSERT_GT(puppet_.force.y(), 0.5);
-    rig.slave.lie = lie;
+    rig.slave.falsify = falsify;
     double last = puppet_.force.y();
     rig.Run(puppet_, 0.034, [&](const TickRecord&) {
       EXPECT_LE(puppet_.force.y(), last);
@@ -289,7 +290,7 @@ TEST_F(HapticLoopTest, WhatWasSensedTooLongAgoOrInTheFutureIsNotRendered) {
     Rig rig;
     Engage(rig);
     const Time then = rig.now + Seconds(1000 + seconds);  // the slave's clock is 1000 s ahead
-    rig.slave.lie = [then](SlaveState* state) { state->sensed_at = then; };
+    rig.slave.falsify = [then](SlaveState* state) { state->sensed_at = then; };
     rig.Run(puppet_, 0.1);
     EXPECT_EQ(rig.state(), kHold) << seconds;
     EXPECT_EQ(puppet_.force.norm(), 0) << seconds;
@@ -302,18 +303,18 @@ TEST_F(HapticLoopTest, WhatWasSensedTooLongAgoOrInTheFutureIsNotRendered) {
 }
 
 TEST_F(HapticLoopTest, AnOffsetThatMovesWithinAnEpochIsNotFollowed) {
-  rig_.slave.lie = [](SlaveState* state) { state->offset.y() -= 0.05; };
+  rig_.slave.falsify = [](SlaveState* state) { state->offset.y() -= 0.05; };
   rig_.Run(puppet_, 0.06);
   EXPECT_EQ(rig_.state(), kHold);
   EXPECT_EQ(puppet_.force.norm(), 0);
   EXPECT_TRUE(rig_.loop.record().chain.reasons.Has(Reason::kOffsetJump));
 }
 
-// A slave that was started again during an emergency stop reports the used epoch with an
-// offset of its own: once the stop is over the hand engages as ever.
+// A slave that was restarted during an emergency stop reports the used epoch with a different
+// offset. After the reset the operator can engage as usual.
 TEST_F(HapticLoopTest, AfterAStopASlaveThatWasRestartedIsFollowed) {
   bool stops = true;
-  rig_.slave.lie = [&stops](SlaveState* state) {
+  rig_.slave.falsify = [&stops](SlaveState* state) {
     state->offset.y() -= 0.05;
     if (stops) state->phase = Phase::kEstop;
   };
@@ -326,10 +327,10 @@ TEST_F(HapticLoopTest, AfterAStopASlaveThatWasRestartedIsFollowed) {
   EXPECT_EQ(rig_.state(), kFollowing);
 }
 
-// Settings that were not read are not gone by: no force, the tool rests, until they are read and
-// the operator has engaged again, by the new ones.
+// The loop does not work with settings that it has not read: no force is rendered and the tool is
+// held until they are read and the operator engages again.
 TEST_F(HapticLoopTest, ChangedSettingsShowNothingUntilTheyAreReadAndEngagedAgain) {
-  rig_.slave.lie = [](SlaveState* state) { state->settings_revision = 7; };
+  rig_.slave.falsify = [](SlaveState* state) { state->settings_revision = 7; };
   rig_.Run(puppet_, 0.06);
   EXPECT_EQ(rig_.state(), kHold);
   EXPECT_EQ(puppet_.force.norm(), 0);
@@ -348,7 +349,7 @@ TEST_F(HapticLoopTest, ChangedSettingsShowNothingUntilTheyAreReadAndEngagedAgain
   EXPECT_EQ(command->settings_revision, 7U);
 }
 
-// After another scene came into use, its sensor may be faster than what the loop was made for.
+// The sensor of a new scene may be faster than the sensor for which the loop was made.
 TEST_F(HapticLoopTest, TheLargestAgeIsThatOfTheSettingsThatWereRead) {
   rig_.Run(puppet_, 0.1);
   EXPECT_FALSE(rig_.loop.record().chain.reasons.Has(Reason::kAged));
@@ -363,7 +364,7 @@ TEST(HapticLoopAlignTest, NewSettingsEndAnEngagementThatBegins) {
   Rig rig({.delay = 0.1});
   Puppet puppet;
   rig.settings.Put({6, {}, 3.3});
-  rig.slave.lie = [](SlaveState* state) { state->settings_revision = 6; };
+  rig.slave.falsify = [](SlaveState* state) { state->settings_revision = 6; };
   rig.Run(puppet, 0.5);
   rig.Engage(puppet, 0.05);
   ASSERT_EQ(rig.state(), OperatorState::kAligning);
@@ -382,8 +383,8 @@ TEST(HapticLoopAlignTest, NewSettingsEndAnEngagementThatBegins) {
   EXPECT_EQ(rig.state(), OperatorState::kReady) << "until the switch was open";
 }
 
-// The echoes of a slave come later and later, as if the network had become slow. States that are
-// older than the sensor and the network explain are not rendered.
+// The slave's echoes come later and later, as if the network had become slow. States that are older
+// than the sensor and the network can explain are not rendered.
 TEST(HapticLoopAgeTest, DelayedEchoesDoNotMakeOldStatesAcceptable) {
   for (const double longest : {std::numeric_limits<double>::infinity(), 1.0}) {
     HapticLoop::Options options;
@@ -409,18 +410,18 @@ TEST(HapticLoopAgeTest, DelayedEchoesDoNotMakeOldStatesAcceptable) {
     };
     tell(5, 0.1);
     EXPECT_EQ(rig.state(), OperatorState::kFollowing) << "its states are young";
-    rig.slave.lie = [](SlaveState* state) { state->sensed_at -= Seconds(1.5); };
+    rig.slave.falsify = [](SlaveState* state) { state->sensed_at -= Seconds(1.5); };
     tell(5, 0.1);
     EXPECT_NE(rig.state(), OperatorState::kFollowing);
     EXPECT_TRUE(rig.loop.record().chain.reasons.Has(Reason::kAged));
     if (longest > 1) continue;
-    tell(5, 30);  // so long that no shorter trip is remembered
+    tell(5, 30);  // long enough to forget the shorter round trips
     EXPECT_TRUE(rig.loop.record().chain.reasons.Has(Reason::kAged));
   }
 }
 
-// A link was cut, and comes back to a slave that had gone on. The settings are read again. The
-// slave's offset is still that of the epoch, which had begun with the device at another place than
+// The link was cut and returns while the slave kept running. The settings are read again. The
+// slave's offset is still that of the epoch, which began with the device at another position than
 // the tool.
 TEST(HapticLoopReturnTest, AnEngagementGoesOnAfterACutOfTheLine) {
   VirtualSlave::Options options;
@@ -458,7 +459,7 @@ TEST_F(HapticLoopTest, TheOperatorsEmergencyStopIsReportedAndLetsTheHandGo) {
   EXPECT_EQ(rig_.state(), kEstop);
 }
 
-// The state that came last, before the link broke, reports an older stop, which was reset since.
+// The last state before the link failed reports an older stop that has been reset since.
 TEST_F(HapticLoopTest, AStopIsNotTakenForReportedByTheStateOfAnOlderOne) {
   rig_.slave.forced_phase = Phase::kEstop;
   rig_.Run(puppet_, 0.1);
@@ -483,7 +484,7 @@ TEST(EmergencyStopTest, EachIsReportedHoweverSoonAfterAReset) {
   EXPECT_FALSE(rig.loop.stops().is_wanted());
   rig.loop.stops().Request();
   rig.Run(puppet, 0.2);
-  rig.slave.forced_phase = Phase::kReady;  // the reset, which was on its way
+  rig.slave.forced_phase = Phase::kReady;  // the reset, which was in transit
   rig.Run(puppet, 1);
   EXPECT_TRUE(rig.loop.stops().is_wanted());
   rig.slave.forced_phase = Phase::kEstop;
@@ -491,7 +492,8 @@ TEST(EmergencyStopTest, EachIsReportedHoweverSoonAfterAReset) {
   EXPECT_FALSE(rig.loop.stops().is_wanted());
 }
 
-// By a call, which a station has that does not operate: it does not stop once more when it does.
+// A station that does not operate stops by a call. It must not stop a second time when it operates
+// later.
 TEST_F(HapticLoopTest, AStopThatActedByAnotherWayIsReportedNoMore) {
   rig_.loop.stops().Request();
   rig_.Tick(puppet_);

@@ -15,7 +15,7 @@ using reference::json;
 
 constexpr const char* kFile = "f_interpolation_scaling.json";
 
-// How far shown forces are off.
+// Errors of the rendered forces.
 struct Error {
   double rms = 0, mean = 0, max = 0;
 };
@@ -89,15 +89,16 @@ TEST(InterpolationReferenceTest, HandCaseIsExactInBothModes) {
       state.validity = Validity::kValid;
       state.force = Eigen::Vector3d(samples[tick / static_cast<std::size_t>(ticks)], 0, 0);
       const double sensed = now - std::fmod(now, ticks);
-      renderer.Take(state, sensed, now, now);  // repeated states count once
+      renderer.Take(state, sensed, now, now);  // repeated states are used once
       EXPECT_NEAR(renderer.Render({0, 0, 0}, now, &reasons).x(), expected[tick], 1e-15)
           << key << " tick " << tick;
     }
   }
 }
 
-// Energy that a wall K x + B v, sampled every T and shown `delay` ticks late, gives out while the
-// hand moves slowly to and fro inside it, per integral of v^2: the damping that it needs [N s/m].
+// Returns the damping [N s/m] that makes a wall K x + B v passive if it is sampled every T and
+// rendered `delay` ticks late: the energy that it delivers while the device moves slowly back and
+// forth inside it, divided by the integral of v^2.
 double DampingNeeded(double K, double B, double T, int delay) {
   PassivityControl port;
   const double omega = 0.5, amplitude = 0.01, mean = 0.05;

@@ -22,7 +22,7 @@ struct LocalContactTest : testing::Test {
   LocalContact contact;
 };
 
-// Reference: f = f_r + K (x_r - p) with numbers worked out by hand; a full K, an oblique plane.
+// Reference: f = f_r + K (x_r - p), calculated by hand for a full matrix K and an oblique plane.
 TEST_F(LocalContactTest, IsTheLinearLawInsideAndZeroOutside) {
   LocalModel model;
   model.reference = {0.001, 0.002, 0};
@@ -68,8 +68,8 @@ const Eigen::Vector3d kAlong = Eigen::Vector3d(4, -3, 0) / 5,
                       kInto = Eigen::Vector3d(-3, -4, 0) / 5;
 
 // The slave's contact point is 2 mm behind a device that slid along the surface before it pressed.
-// Reference: the force of a contact that began right under the device, K d with d the way since
-// then, and zero at the crossing.
+// Reference: the force of a contact that began directly under the device: K d, where d is the
+// displacement since then; it is zero at the surface.
 TEST_F(LocalContactTest, BeforeTheSlaveTellsOfContactItIsWhereTheHandCameThrough) {
   contact.Take(BondedWall({0, 0, 0}, false, 1), 0);
   const Eigen::Vector3d crossing = 0.002 * kAlong;
@@ -78,7 +78,7 @@ TEST_F(LocalContactTest, BeforeTheSlaveTellsOfContactItIsWhereTheHandCameThrough
   const Eigen::Vector3d way = 0.001 * kInto + 0.0005 * kAlong;
   const Eigen::Vector3d expected = BondedWall({0, 0, 0}, false, 1).stiffness * -way;
   EXPECT_LT((contact.ForceAt(crossing + way, kLater) - expected).norm(), 1e-6);
-  // Its place goes on following: no matter.
+  // Its contact point keeps following; this has no effect.
   contact.Take(BondedWall(0.0015 * kAlong, false, 2), kLater);
   for (const double later : {0.0, 0.01, 0.05}) {
     EXPECT_LT((contact.ForceAt(crossing + way, kLater + later) - expected).norm(), 1e-6) << later;
@@ -90,7 +90,7 @@ TEST_F(LocalContactTest, BeforeTheSlaveTellsOfContactItIsWhereTheHandCameThrough
   const Eigen::Vector3d bonded =
       expected - 1e-4 * BondedWall({0, 0, 0}, true, 3).stiffness * kAlong;
   EXPECT_LT((contact.ForceAt(crossing + way, 2 * kLater + 0.031) - bonded).norm(), 1e-6);
-  // And its late "no contact", with a place that follows again, moves nothing under the hand.
+  // Its late "no contact" with a new contact point does not change the rendered force.
   contact.Take(BondedWall(0.0025 * kAlong, false, 4), 3 * kLater);
   EXPECT_LT((contact.ForceAt(crossing + way, 3 * kLater + 0.05) - bonded).norm(), 1e-6);
   // Out and in again: a new contact.
@@ -145,8 +145,8 @@ TEST_F(LocalContactTest, ChangesUponChangesAreContinuousAndNeverPull) {
   }
 }
 
-// Reference: by hand. Eigenvalues 3000 and -100 along two perpendicular directions become 2000 and
-// 0; what turns (skew) goes; a spring comes back as it was, to the bit.
+// Reference: calculated by hand. Eigenvalues 3000 and -100 along two perpendicular directions
+// become 2000 and 0; the skew part is removed; a valid spring is returned unchanged, bit by bit.
 TEST(NearestSpringTest, IsSymmetricAndWithinZeroAndTheBound) {
   const Eigen::Vector3d a = Eigen::Vector3d(1, 2, 2) / 3, b = Eigen::Vector3d(2, 1, -2) / 3;
   const Eigen::Matrix3d wild = 3000 * a * a.transpose() - 100 * b * b.transpose();

@@ -20,11 +20,11 @@ constexpr double kForceLimit = 3.3;    // [N]
 constexpr double kSlewLimit = 0.2;     // [N/ms]
 constexpr double kEnergyLimit = 1e-3;  // [J]
 
-using Lie = std::function<void(SlaveState*, int n)>;  // n: states since the beginning
+using Falsification = std::function<void(SlaveState*, int n)>;  // n: states since the beginning
 
 struct Row {
   std::string name;
-  Lie lie;
+  Falsification falsify;
   RenderMode render = RenderMode::kLocal;
   RemoteSettings settings = {0, {}, 1e9};
 };
@@ -32,17 +32,17 @@ void PrintTo(const Row& row, std::ostream* out) {
   *out << row.name;
 }
 
-Lie Stiffness(double K) {
+Falsification Stiffness(double K) {
   return [K](SlaveState* s, int) { s->local_model.stiffness(1, 1) = K; };
 }
-Lie Alternating(double K) {
+Falsification Alternating(double K) {
   return [K](SlaveState* s, int n) {
     s->local_model.stiffness(1, 1) = n % 2 == 0 ? K : -K;
     s->local_model.revision = static_cast<std::uint32_t>(n + 2);
   };
 }
 // A new model each time: `change` of it.
-Lie Restless(std::function<void(LocalModel*, int n)> change) {
+Falsification Restless(std::function<void(LocalModel*, int n)> change) {
   return [change = std::move(change)](SlaveState* s, int n) {
     s->local_model.stiffness = 600 * Eigen::Matrix3d::Identity();
     s->local_model.in_contact = true;
@@ -50,7 +50,7 @@ Lie Restless(std::function<void(LocalModel*, int n)> change) {
     change(&s->local_model, n);
   };
 }
-Lie Force(double first, double second) {
+Falsification Force(double first, double second) {
   return
       [=](SlaveState* s, int n) { s->force = Eigen::Vector3d(0, n % 8 < 4 ? first : second, 0); };
 }
@@ -127,7 +127,7 @@ TEST_P(MaliciousSlaveTest, TheHandKeepsItsLimits) {
   Rig rig({.K = 600, .sensor_rate = 500}, GetParam().render, kForceLimit, kSlewLimit);
   rig.settings.Put(GetParam().settings);
   int n = 0;
-  rig.slave.lie = [&](SlaveState* state) { GetParam().lie(state, n++); };
+  rig.slave.falsify = [&](SlaveState* state) { GetParam().falsify(state, n++); };
   SimHand hand(0.004, 0.020);
   PortEnergy energy;
   rig.Run(hand, 12, [&](const TickRecord& record) {
@@ -160,7 +160,7 @@ TEST(GapTest, AForceThatIsHeldIsPaidForToo) {
   EXPECT_GE(rig.loop.passivity().min_balance(), -kEnergyLimit);
 }
 
-// The same by chance: `tests/fuzz` looks for sequences that nobody draws.
+// Random sequences; `tests/fuzz` searches for further ones.
 TEST(HandSequence, NoOrderOfEventsExceedsTheLimits) {
   for (unsigned seed = 1; seed <= 100; ++seed) {
     const auto bytes = RandomBytes(seed, 300);

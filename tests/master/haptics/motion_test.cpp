@@ -21,7 +21,7 @@ TEST(LoopMotionTest, MappedAxesChangeNothingForTheOperator) {
   mapped.axes = AxisMap::Parse("-z,x,-y");
   Rig plain(With({})), turned(With(mapped));
   SimHand hand(0.004, 0.02), same(0.004, 0.02);
-  // The same hand along the axes of the device.
+  // The same motion along the axes of the device.
   struct Turned final : TestDevice {
     Turned(SimHand* own, const AxisMap& axes) : hand(own), P(axes.P()) {}
     DeviceReading Read(Time now) noexcept override {

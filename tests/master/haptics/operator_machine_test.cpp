@@ -62,7 +62,7 @@ TEST_F(OperatorMachineTest, SilenceBeyondThirtyMillisecondsHolds) {
   EXPECT_EQ(Run(), kHold);
 }
 
-// The way up can fail alone: states come, but the tool rests where it was.
+// The link to the slave can fail alone: states arrive, but the tool does not move.
 TEST_F(OperatorMachineTest, AToolThatDoesNotFollowHoldsAndLastingSoNeedsANewEngagement) {
   Follow();
   in_.slave_phase = Phase::kHold;

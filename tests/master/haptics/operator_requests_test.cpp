@@ -17,7 +17,7 @@ using enum OperatorState;
 
 constexpr double kSmooth = 0.2;  // [N/ms]
 
-// A hand 2 mm deep in a wall of 500 N/m: 1 N.
+// A device 2 mm deep in a wall of 500 N/m: 1 N.
 class OperatorRequestsTest : public testing::Test {
  protected:
   void SetUp() override {
@@ -96,7 +96,7 @@ TEST_F(OperatorRequestsTest, ALowerLimitCountsAtOnceWithoutAStepAndAHigherOneNev
 class TareTest : public testing::Test {
  protected:
   void SetUp() override {
-    rig_.slave.lie = [this](SlaveState* state) {
+    rig_.slave.falsify = [this](SlaveState* state) {
       if (state->force) *state->force += drift_;
       if (state->local_model.in_contact) state->local_model.force += drift_;
     };
@@ -145,7 +145,7 @@ TEST_F(TareTest, RefusesWhatIsNoForceWithoutContact) {
 
 TEST_F(TareTest, AContactThatIsMadeMeanwhileIsNotTared) {
   EXPECT_EQ(RequestTare(0.05), TareState::kMeasuring);
-  rig_.slave.lie = [](SlaveState* state) { state->local_model.in_contact = true; };
+  rig_.slave.falsify = [](SlaveState* state) { state->local_model.in_contact = true; };
   rig_.Run(puppet_, 0.3);
   EXPECT_EQ(rig_.loop.record().tare_state, TareState::kTouching);
 }

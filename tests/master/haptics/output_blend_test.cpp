@@ -22,7 +22,7 @@ TEST(OutputBlendTest, ComesInStraightAndThenFollowsExactly) {
   EXPECT_FALSE(blend.is_blending());
 }
 
-// Where HOLD fades and the slave's stop or an open clutch comes meanwhile.
+// The slave's stop or an open clutch occurs while HOLD fades the force.
 TEST(OutputBlendTest, AFadeThatIsRequestedAgainEndsNoLater) {
   OutputBlend blend;
   const Eigen::Vector3d rendered(0, 2, 0);
@@ -37,7 +37,7 @@ TEST(OutputBlendTest, AFadeThatIsRequestedAgainEndsNoLater) {
   EXPECT_LT(Step(&blend, rendered, 0.0011).norm(), 1e-15);
 }
 
-// Reference: 200 N/s is 0.2 N per millisecond, up and down; longer ticks give no more.
+// Reference: 200 N/s is 0.2 N per millisecond, up and down; a longer tick allows no larger change.
 TEST(OutputBlendTest, ChangesNoFasterThanItsSlewBothWays) {
   OutputBlend blend(200);
   blend.Go(Target::kRendered, 0);

@@ -41,9 +41,9 @@ struct PassivityControlTest : testing::Test {
   PassivityControl port;
 };
 
-// Reference: sum_k K x_k (x_k+1 - x_k) over a closed way is -K/2 sum dx^2, of which the damping may
-// take up b/T sum dx^2: the balance turns negative exactly at K = 2 b / T = 2000 N/m. The tick that
-// crosses the surface leaves K dx^2 / 8 at most, in each of the three presses.
+// Reference: sum_k K x_k (x_k+1 - x_k) over a closed path is -K/2 sum dx^2, of which the damping
+// may absorb b/T sum dx^2. The balance becomes negative exactly at K = 2 b / T = 2000 N/m. The tick
+// that crosses the surface adds K dx^2 / 8 at most, in each of the three presses.
 TEST_F(PassivityControlTest, ASpringIsNeverDampedBelowTheTabulatedBound) {
   double damped = 0;
   for (const double K : {100.0, 500.0, 1000.0, 1980.0}) {
@@ -56,9 +56,9 @@ TEST_F(PassivityControlTest, ASpringIsNeverDampedBelowTheTabulatedBound) {
   EXPECT_GT(damped, 0);
 }
 
-// Reference: conservation. A spring of 650 instead of 500 N/m on the way out gives out
-// 1/2 150 d^2 = 1.2 mJ more than it took at d = 4 mm, in each of five presses. Bounded damping that
-// never pulls takes back more than half of it.
+// Reference: conservation. A spring of 650 instead of 500 N/m during the retreat delivers 1/2 150
+// d^2 = 1.2 mJ more than it received at d = 4 mm, in each of five presses. Bounded damping that
+// never pulls removes more than half of it.
 TEST_F(PassivityControlTest, EnergyFromNowhereIsDampedAway) {
   const auto law = [](double d, double t) { return std::max(0.0, (Speed(t) < 0 ? 650 : 500) * d); };
   constexpr double kExcess = 0.5 * 150 * 0.004 * 0.004;
@@ -97,9 +97,9 @@ TEST_F(PassivityControlTest, AForceIsAffordedByWhatTheHandPutIn) {
               lent * std::sqrt(0.1), 1e-12);
 }
 
-// A force of 0.3 N that pushes the device out by 1 mm makes a debt of 0.3 mJ. A force that falls to
-// 0.1 N pays 0.1 mJ of it, half of its fall times the way: the rest is below the 0.25 mJ that are
-// not damped.
+// A force of 0.3 N that pushes the device out by 1 mm creates an energy deficit of 0.3 mJ. If the
+// force falls to 0.1 N, the deficit is reduced by 0.1 mJ (half of the fall times the displacement);
+// the rest is below the 0.25 mJ that are not damped.
 TEST_F(PassivityControlTest, WhatAFallingForcePaysIsNotDampedAsWell) {
   port.Observe({0, 0, 0}, {0, 0, 0}, kTick);
   port.Observe({0.001, 0, 0}, {0.3, 0, 0}, kTick);
@@ -131,7 +131,7 @@ TEST_F(PassivityControlTest, AHandThatGivesWayEverFasterGetsNoMore) {
   EXPECT_GE(port.min_balance(), -1e-3);
 }
 
-// A contact that ends with 1 mJ in it and begins again returns this energy once.
+// A contact that ends with 1 mJ stored and begins again returns this energy once.
 TEST_F(PassivityControlTest, WhatAContactHoldsIsRestoredOnce) {
   port.Observe({0, 0, 0}, {0, 1, 0}, kTick);
   port.Observe({0, -0.001, 0}, {0, 1, 0}, 1e9);  // so slowly that nothing is damped
@@ -159,7 +159,8 @@ TEST_F(PassivityControlTest, ADebtIsPaidByFreeMotion) {
   EXPECT_EQ(port.balance(), 0);
 }
 
-// A debt beyond W_0 would let no force begin: b v^2 T = 1 x 0.1^2 x 0.001 = 0.01 mJ a tick.
+// With an energy deficit larger than W_0 no force could begin: b v^2 T = 1 x 0.1^2 x 0.001 = 0.01
+// mJ per tick.
 TEST_F(PassivityControlTest, BeyondWhatIsLentADebtIsPaidAtOnce) {
   port.Observe({0, 0, 0}, {0, 1, 0}, kTick);
   port.Observe({0, 0.6e-3, 0}, {0, 1, 0}, 1e9);

@@ -1,5 +1,5 @@
-// The model that travels, in the loop that holds the hand: at any delay, under late updates, from a
-// slave that means harm, and where it is wrong.
+// Tests the patch (the contact model that the slave sends) in the haptic loop: with any delay, with
+// late updates, from a malicious slave, and where the patch is wrong.
 #include <cmath>
 #include <functional>
 #include <ostream>
@@ -20,8 +20,8 @@ constexpr double kSurface = -0.004;  // [m]
 
 class DelayTest : public testing::TestWithParam<double> {};
 
-// Reference: the wall's law at the place that the hand commands. Tolerance: single precision of
-// vertices and compliance, 1e-7 of 4 mm under 500 N/m.
+// Reference: the wall's law at the commanded position. Tolerance: single precision of vertices and
+// compliance, 1e-7 of 4 mm under 500 N/m.
 TEST_P(DelayTest, TheForceIsThatOfTheCommandedPlaceAtAnyRoundTrip) {
   const double trip = GetParam();
   Rig rig({.K = kK, .delay = trip / 2}, RenderMode::kLocal, 100);
@@ -52,7 +52,8 @@ TEST_P(DelayTest, TheForceIsThatOfTheCommandedPlaceAtAnyRoundTrip) {
 
 INSTANTIATE_TEST_SUITE_P(RoundTrips, DelayTest, testing::Values(0.0, 0.05, 0.1, 0.5, 1.0, 5.0));
 
-// Off the patch the plane of the states goes on, without a step, and is named.
+// Outside the patch the plane of the states is used, without a step of the force, and this is
+// reported.
 TEST(PatchTest, OffThePatchThePlaneGoesOn) {
   Rig rig({.K = kK}, RenderMode::kLocal, 100);
   rig.patches.Put(WallPatch(kK, 1));
@@ -66,7 +67,7 @@ TEST(PatchTest, OffThePatchThePlaneGoesOn) {
   EXPECT_NEAR(rig.loop.record().chain.local.y(), kK * 0.002, 1e-3);
 }
 
-// A patch of other settings than the master goes by is not shown.
+// A patch for another settings revision than the master's is not rendered.
 TEST(PatchTest, APatchOfOtherSettingsWaits) {
   Rig rig({.K = kK}, RenderMode::kLocal, 100);
   ReceivedPatch other = WallPatch(4 * kK, 1);
@@ -107,7 +108,7 @@ TEST(PatchTest, AModelWorseThanTheHoldIsNotShown) {
 
 struct Row {
   std::string name;
-  std::function<void(ReceivedPatch*, int n)> lie;  // n: patches since the beginning
+  std::function<void(ReceivedPatch*, int n)> falsify;  // n: patches since the beginning
 };
 void PrintTo(const Row& row, std::ostream* out) {
   *out << row.name;
@@ -122,7 +123,7 @@ void TurnTo(SurfacePatch* patch, double angle) {
   }
 }
 
-// A law that was learnt is carried by estimates: lies about either come through that path.
+// A learnt law comes with estimates; this sets false values of both.
 void SetLearnt(ReceivedPatch* received, double ratio) {
   SurfacePatch& patch = received->patch;
   patch.vertices_per_cell = 1;
@@ -135,7 +136,7 @@ void SetLearnt(ReceivedPatch* received, double ratio) {
 
 class MaliciousPatchTest : public testing::TestWithParam<Row> {};
 
-// Reference: the master's own limits, whatever patch comes fifty times a second.
+// Reference: the master's own limits, with any patch fifty times per second.
 TEST_P(MaliciousPatchTest, TheHandKeepsItsLimits) {
   Rig rig({.K = 600, .sensor_rate = 500}, RenderMode::kLocal, 3.3, 0.2);
   SimHand hand(0.004, 0.020);
@@ -147,7 +148,7 @@ TEST_P(MaliciousPatchTest, TheHandKeepsItsLimits) {
     ASSERT_TRUE(record.chain.local.allFinite());
     if (tick++ % 20 != 0) return;
     ReceivedPatch patch = WallPatch(600, ++epoch);
-    GetParam().lie(&patch, n++);
+    GetParam().falsify(&patch, n++);
     rig.patches.Put(patch);
   });
   EXPECT_LE(energy.peak(), 3.3 + 1e-9);

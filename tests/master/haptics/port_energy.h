@@ -1,5 +1,5 @@
-// Energy, force and change of force that the operator gets through the device, counted from the
-// ticks alone.
+// Computes energy, force and change of force that the operator gets through the device, from the
+// recorded ticks only.
 #pragma once
 
 #include <algorithm>
@@ -9,12 +9,13 @@
 
 namespace palpate {
 
-// The energy is counted from any moment on, no contact excepted, within an engagement: what the
-// operator got, less what a force leaks by being held from tick to tick, as far as the damping of
-// device and hand that may be relied on, b = 1 N s/m, dissipates that.
+// The energy is the maximum over all start times within an engagement, with or without contact. It
+// is the energy that the operator got, less the energy created by holding the force from tick to
+// tick, as far as the guaranteed damping of device and hand (b = 1 N s/m) dissipates it.
 class PortEnergy {
  public:
-  // Whether a contact that is left and taken up again may give back what the operator put into it.
+  // Whether a contact that ends and begins again may return the energy that the operator put into
+  // it.
   enum class LeftInContact { kLost, kReturned };
 
   explicit PortEnergy(LeftInContact left = LeftInContact::kLost)
@@ -50,7 +51,7 @@ class PortEnergy {
   const bool returns_;
   bool begun_ = false, follows_ = false, was_shown_ = false;
   std::uint32_t epoch_ = 0;
-  double left_ = 0;  // of what the operator put into the last contact [J]
+  double left_ = 0;  // remaining energy that the operator put into the last contact [J]
   double energy_ = 0, min_ = 0, peak_ = 0, step_ = 0;
 };
 

@@ -46,7 +46,7 @@ TickRecord Record(int ms, double local) {
   return record;
 }
 
-// Truth comes with states, later than the ticks it belongs to.
+// The true force comes with states, later than the ticks to which it belongs.
 TEST_F(RecorderTest, WaitsForTheTrueForceOfEachTick) {
   SpscRing<TickRecord> ring(64);
   Recorder recorder(&ring, LogFile());
@@ -80,8 +80,8 @@ TEST_F(RecorderTest, WaitsForTheTrueForceOfEachTick) {
   EXPECT_NEAR(recorder.summary().force_error()->peak, 1, 1e-12);
 }
 
-// Whoever lets go in the object is shown nothing while the tool still presses: counted apart, since
-// it is no error of the rendered force.
+// An operator who opens the clutch inside the object gets no force while the tool still presses.
+// This is counted separately, since it is no error of the rendered force.
 TEST(TickSummaryTest, TellsHowMuchOfTheErrorIsOfAHandThatWasReleased) {
   TickSummary summary;
   const Eigen::Vector3d truth(0, 1, 0);
@@ -118,7 +118,8 @@ TEST_F(RecorderTest, TheLogHasTheContractsColumnsAndEmptyCellsForTheUnknown) {
             "0,FOLLOWING,0,0,0,0,0,0,,,,0,0.25,0,0,0,0,0,0,0,0,0,0,0,0,0,,,,0.002,unknown+fading");
 }
 
-// Four seconds of a stall are 4 MB in the ring, and would be 4 MB in what waits for its truth.
+// A stall of four seconds gives 4 MB in the ring, and would give 4 MB of ticks that wait for the
+// true force.
 TEST_F(RecorderTest, AfterAStallItsSecondsAreNotHeldASecondTime) {
   constexpr int kTicks = 4000;
   SpscRing<TickRecord> ring(4096);

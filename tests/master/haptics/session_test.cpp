@@ -42,7 +42,7 @@ TEST(SessionTest, CountsEveryPeriodAndEndsWithTheForceAtZero) {
   const Report report = RunSession(
       options, puppet, &beside.states, &beside.commands, [] { return LinkStats(); },
       [] { return false; }, [&](const SessionStatus&) { ++shown; });
-  // By construction of the loop, on any machine: each period is a tick or missed.
+  // On any machine each period of the loop is either a tick or counted as missed.
   EXPECT_EQ(report.ticks + report.missed, std::llround(report.duration * 1000));
   EXPECT_GE(report.duration, options.duration - 1e-3);
   EXPECT_EQ(report.compute_us.count(), report.ticks);
@@ -52,7 +52,7 @@ TEST(SessionTest, CountsEveryPeriodAndEndsWithTheForceAtZero) {
   EXPECT_TRUE(report.truth_known);
 }
 
-// While who shows the session waits for the slave's answer to something else.
+// The thread that displays the session is waiting for another answer of the slave.
 TEST(SessionTest, AStopWaitsForNobody) {
   Beside beside;
   Puppet puppet;

@@ -1,4 +1,4 @@
-// The simulated hand against remote walls, on a virtual clock, over lines of every kind.
+// The simulated operator presses remote walls over links of every kind, on a virtual clock.
 #include <algorithm>
 #include <cmath>
 
@@ -12,7 +12,7 @@ namespace {
 
 constexpr double kDepth = 0.003;  // [m]
 
-// What one press with held forces amounts to.
+// Results of one press with held forces.
 struct Press {
   double peak_depth = -1;  // [m]
   int followed = 0, damped = 0;
@@ -46,8 +46,8 @@ TEST(HoldStabilityTest, HeldForcesAreLeftAloneWithinTheTableAndDampedBeyond) {
   EXPECT_LT(stiff.peak_depth, 1.1 * kDepth) << "no growing oscillation";
 }
 
-// A weak arm with nearly no damping of its own: held forces at 60 Hz make it oscillate without the
-// control's help from the local model, which does not.
+// A light arm with nearly no damping: held forces at 60 Hz make it oscillate, the local model does
+// not.
 TEST(HoldStabilityTest, ALightHandIsCalmWithTheLocalModelAndNotWithHeldForces) {
   const auto restlessness = [](RenderMode mode) {
     VirtualSlave::Options options;

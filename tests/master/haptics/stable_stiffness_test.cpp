@@ -8,8 +8,9 @@
 namespace palpate {
 namespace {
 
-// Energy that a spring K, sampled and held for T, returns over a cycle of `steps` steps of `dx`
-// into it and out again, less what the damping b dissipates. Computed from force and motion alone.
+// Returns the energy that a spring K, sampled and held for T, delivers over a cycle of `steps`
+// steps of `dx` in and out, less the energy that the damping b dissipates. It is computed from
+// force and motion only.
 double Gained(double K, double T, double b, int steps, double dx) {
   double x = 0, gained = 0;
   for (int i = 0; i < 2 * steps; ++i) {

@@ -11,7 +11,7 @@
 namespace palpate {
 namespace {
 
-// A device whose own thread calls the tick `count` times, a millisecond apart, and then no more.
+// A device whose own thread calls the tick `count` times, once per millisecond, and then stops.
 class Driven : public TestDevice {
  public:
   explicit Driven(int count) : count_(count) {}
@@ -49,8 +49,8 @@ struct Seen {
   }
 };
 
-// The device ticks, falls silent, and the caller goes on, so that commands reach the slave. Never
-// are two threads inside a tick.
+// The device's thread makes ticks and then stops; the caller continues, so that commands reach the
+// slave. Two threads are never inside a tick at once.
 TEST(TickDriveTest, TheCallerTakesOverFromASilentDevice) {
   Driven device(40);
   Seen seen;

@@ -100,7 +100,7 @@ TEST(TorqueTest, TheHandleTurnsTheToolAndFeelsItsMoment) {
   Rig rig(options);
   OperatorCommand sent;
   const Vector3d arm(0.010, 0, 0);
-  rig.slave.lie = [&](SlaveState* state) {
+  rig.slave.falsify = [&](SlaveState* state) {
     if (state->force) state->moment = arm.cross(*state->force);
   };
   SixAxes device;

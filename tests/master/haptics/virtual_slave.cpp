@@ -28,7 +28,7 @@ void VirtualSlave::Step(Time now, LatestValue<OperatorCommand>* commands,
     sent_at_ = now;
     ++state_sequence_;
     SlaveState state = Compose(now);
-    if (lie) lie(&state);
+    if (falsify) falsify(&state);
     if (!IsLost()) states_.emplace(Arrival(now), state);
   }
   for (; IsHere(states_, now); states_.erase(states_.begin())) {

@@ -17,10 +17,10 @@ class VirtualSlave {
  public:
   struct Options {
     double K = 500;                   // of the wall, along its normal [N/m]
-    double shear = 0;                 // across it, from where the tool came through [N/m]
+    double shear = 0;                 // tangential stiffness, from the entry point [N/m]
     Eigen::Vector3d normal{0, 1, 0};  // outward, S
     double surface = -0.004;          // the wall begins at normal . p = surface [m]
-    Eigen::Vector3d home{0, 0, 0};    // where the tool is first, S [m]
+    Eigen::Vector3d home{0, 0, 0};    // initial position of the tool, S [m]
     double delay = 0;                 // each way [s]
     double jitter = 0;                // on top, uniform up to it [s]
     double loss = 0;                  // share of messages [-]
@@ -38,10 +38,11 @@ class VirtualSlave {
   void Step(Time now, LatestValue<OperatorCommand>* commands, LatestValue<ReceivedState>* states);
 
   // Changes what is sent from now on.
-  bool silent = false;                   // nothing is sent
-  std::function<void(SlaveState*)> lie;  // changes what is sent; empty: the truth is
+  bool silent = false;  // nothing is sent
+  std::function<void(SlaveState*)>
+      falsify;                           // changes the sent state; empty: the true state is sent
   bool forgets = false;                  // epoch 0, as after a restart
-  Validity validity = Validity::kValid;  // of what is sent
+  Validity validity = Validity::kValid;  // of the sent states
   Phase forced_phase = Phase::kReady;    // kEstop: sent instead of the real one
   double K() const { return options_.K; }
   void set_K(double K);  // the object changes, and so does the model's revision
@@ -51,7 +52,7 @@ class VirtualSlave {
   [[nodiscard]] bool engaged() const { return engaged_; }
 
  private:
-  // What is on its way, by its arrival.
+  // Messages in transit, by arrival time.
   template <class T>
   using Line = std::multimap<Time, T>;
   [[nodiscard]] double DepthOf(const Eigen::Vector3d& p) const {
@@ -76,7 +77,7 @@ class VirtualSlave {
   std::uniform_real_distribution<double> uniform_{0, 1};
   Line<OperatorCommand> commands_;
   Line<SlaveState> states_;
-  Eigen::Vector3d entry_;  // where the tip came through the plane, or would
+  Eigen::Vector3d entry_;  // where the tip crossed the plane, or would cross it
   Eigen::Vector3d tip_, sensed_tip_{0, 0, 0}, sensed_force_{0, 0, 0};
   std::deque<Eigen::Vector3d> window_forces_;  // the window's forces
   Time sensed_at_{}, sent_at_{};

@@ -50,7 +50,7 @@ class ObserverTest : public testing::Test {
   std::unique_ptr<Server> server_ = std::make_unique<Server>(slave_, "127.0.0.1:0", false);
 };
 
-// Reference: the fake's triangle, whose first corner is half a metre from its place.
+// Reference: the fake's triangle, whose first corner is displaced by half a metre.
 TEST_F(ObserverTest, TheNewestMeshIsThereAndNobodyComputesItForNobody) {
   slave_.TakeSample();
   EXPECT_EQ(slave_.shapes_computed(), 0);
@@ -165,7 +165,7 @@ TEST_F(ObserverTest, TheSlaveReportsItsSceneAndStatus) {
   EXPECT_EQ(observer.health().trouble, "");
 }
 
-// A page and a recording share each stream: what either needs more of decides.
+// A page and a recording share each stream; the higher request decides.
 TEST_F(ObserverTest, UsersShareOneStreamOfEachKind) {
   std::mutex mutex;
   std::set<std::string> received;

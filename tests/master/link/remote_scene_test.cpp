@@ -47,7 +47,7 @@ TEST(RemoteSceneTest, WhatTheSlaveSaysIsTaken) {
   EXPECT_TRUE(remote.transform.offset.isZero(0));
 }
 
-// Without a scene the slave has a camera already.
+// A slave without a scene already has a camera.
 TEST(RemoteSceneTest, ASetUpHasTheRateOfItsCamera) {
   v1::SceneDescription scene;
   scene.set_setup_camera("rate: 30 Hz");

@@ -5,7 +5,8 @@
 namespace palpate {
 namespace {
 
-// A slave whose clock is 100 s ahead answers a command of ours: 3 ms there, held 10 ms, 5 ms back.
+// A slave whose clock is 100 s ahead answers a command of the master: 3 ms to the slave, 10 ms in
+// the slave, 5 ms back.
 struct Exchange {
   Time sent_at{std::chrono::hours(1)};
   Time received_at = sent_at + Seconds(18e-3);
@@ -19,7 +20,7 @@ struct Exchange {
   }
 };
 
-// Reference: 3 ms + 5 ms, without what the slave held. Tolerance: a histogram's bin is 2 %.
+// Reference: 3 ms + 5 ms, without the time in the slave. Tolerance: a histogram's bin is 2 %.
 TEST(RoundTripsTest, TheTimeThatTheSlaveHeldACommandDoesNotCount) {
   RoundTrips trips;
   const Exchange exchange(1);
@@ -27,7 +28,7 @@ TEST(RoundTripsTest, TheTimeThatTheSlaveHeldACommandDoesNotCount) {
   EXPECT_NEAR(trips.times().rtt.max(), 8000, 1e-3);
 }
 
-// Reference: RFC 5905: the offset is wrong by half the difference of the two ways, 1 ms.
+// Reference: RFC 5905: the offset is wrong by half the difference of the two delays, 1 ms.
 TEST(RoundTripsTest, TheSlavesClockIsFoundToHalfTheDifferenceOfTheWays) {
   RoundTrips trips;
   const Exchange exchange(1);

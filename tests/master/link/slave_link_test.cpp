@@ -35,7 +35,7 @@ namespace {
 
 using testing::HasSubstr;
 
-// What takes the haptic loop's place: puts commands and takes states, 1000 times a second.
+// Replaces the haptic loop: puts commands and takes states 1000 times per second.
 class Loop {
  public:
   LatestValue<ReceivedState> states;
@@ -264,7 +264,7 @@ void Fill(std::uint64_t sequence, v1::SlaveState* state) {
   state->mutable_p_s_tip();
 }
 
-// A slave whose states are as `alter` makes them, for whoever calls while it lets them operate.
+// A slave whose states are changed by `alter`. It accepts any operator while it is told to.
 class ScriptedPeer final : public v1::Teleoperation::Service {
  public:
   using Alter = std::function<void(v1::SlaveState*)>;
@@ -354,8 +354,8 @@ v1::DatagramOffer OfferOf(unsigned port, std::size_t command_key, std::size_t st
   return offer;
 }
 
-// A firewall lets none through, a slave offers what cannot be: the stream goes on, and it is
-// reported.
+// A firewall blocks datagrams, or a slave offers an impossible port: the stream continues, and this
+// is reported.
 TEST_F(DatagramLinkTest, WhereNoneComeThroughTheStreamGoesOnAndItIsReported) {
   constexpr unsigned kNobody = 9, kBeyond = 65536 + 9;
   struct Pair {
@@ -425,8 +425,8 @@ TEST_F(DatagramLinkTest, NoDatagramTellsWhatIsOldOrAfterTheEnd) {
   EXPECT_EQ(loop_.newest.state.sequence, 1'000'000U);
 }
 
-// Another certificate is needed, and a new start with it; not so once it was let in, when what it
-// shows may be renewed.
+// A refused client needs another certificate and a restart. A client that was accepted before does
+// not, since its certificate may be renewed.
 TEST_F(SlaveLinkTest, WhoMayNotOperateGetsTheReason) {
   ScriptedPeer slave([](v1::SlaveState*) {});
   slave.lets = false;
@@ -443,13 +443,13 @@ TEST_F(SlaveLinkTest, WhoMayNotOperateGetsTheReason) {
   EXPECT_FALSE(link.denied());
 }
 
-// The lease is requested once, and again when the scene is another one or the link was cut.
+// The lease is requested once, and again after a change of the scene or a cut of the link.
 TEST_F(SlaveLinkTest, WhereNobodyCanOperateTheLeaseIsRequestedOnce) {
   ScriptedPeer slave([](v1::SlaveState*) {});
   slave.has_arm = false;
   slave.revision = 1;
   StartedLink link(To(slave.address), loop_);
-  // Of each request 1.5 s of states: the lease was requested each 0.5 s.
+  // States continue for 1.5 s after each request; the lease is requested every 0.5 s.
   const auto goes_on = [&] {
     const int before = slave.watched;
     return loop_.Until([&] { return slave.watched > before + 700; });
@@ -487,7 +487,7 @@ TEST_F(SlaveLinkTest, AResetClearsNoStopThatTheOperatorDidNotKnow) {
   EXPECT_NE(slave_.Status().phase, Phase::kEstop);
 }
 
-// Two stops: the answer to the first arrives when the number of the second is known already. The
+// There are two stops: the answer to the first arrives after the number of the second is known. The
 // operator's reset is for the second.
 TEST_F(SlaveLinkTest, TheAnswerToAnEarlierStopIsNotTakenForTheNewestStop) {
   ScriptedPeer slave([](v1::SlaveState*) {});

@@ -16,7 +16,7 @@ TEST_P(StatusWordsTest, TellsWhatIsTheCase) {
   EXPECT_EQ(WordsOf({GetParam().code, GetParam().message}), GetParam().words);
 }
 
-// What gRPC 1.51 says of a line, and what slaves say themselves.
+// Messages of gRPC 1.51 about a connection, and messages of slaves.
 INSTANTIATE_TEST_SUITE_P(
     All, StatusWordsTest,
     testing::Values(

@@ -58,7 +58,8 @@ TEST(AxisMapTest, KeepsThePowerOfForceAndTorque) {
   }
 }
 
-// Reference: a point fixed to the handle, mapped after turning, and turned after mapping.
+// Reference: a point fixed to the handle gives the same result if it is rotated and then mapped, or
+// mapped and then rotated.
 TEST(AxisMapTest, TurnsWithTheHandle) {
   std::mt19937_64 random(2);
   for (const AxisMap& axes : All()) {

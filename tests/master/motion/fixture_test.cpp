@@ -54,7 +54,8 @@ bool IsInside(const Fixture& fixture, const Vector3d& p, double slack) {
   return false;
 }
 
-// Reference: of 200 random points of each region none is nearer. The point itself lies in it.
+// Reference: none of 200 random points of each region is nearer. The nearest point itself lies in
+// the region.
 TEST(FixtureTest, TheNearestPointIsInTheRegionAndNoOtherIsNearer) {
   std::mt19937_64 random(3);
   int outside = 0;

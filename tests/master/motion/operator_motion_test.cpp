@@ -150,9 +150,10 @@ TEST(OperatorMotionPropertyTest, LocksBoxAndFixturesCreateNoEnergy) {
   EXPECT_GT(pulled, 50000);
 }
 
-// The lag of the speed limit with a contact that is as stiff as may be rendered. Reference: energy.
-// The operator's work on random presses and retreats that end where they began is at least what the
-// contact received at the command, less the leak of held forces, which b = K T / 2 covers.
+// Tests the lag of the speed limit with the stiffest contact that may be rendered. Reference:
+// energy. The operator's work on random presses and retreats with a closed path is at least the
+// work at the commanded position, less the energy created by held forces, which b = K T / 2
+// dissipates.
 TEST(OperatorMotionPropertyTest, TheSpeedLimitCreatesNoEnergy) {
   std::mt19937_64 random(8);
   std::uniform_real_distribution<double> speed(-0.3, 0.3);  // [m/s]
@@ -214,7 +215,7 @@ TEST(OperatorMotionTest, LimitsTheApproachOnly) {
   EXPECT_NEAR(motion.Command(At({0, -0.5, 0}), transform, now).p_M.y(), 0.001 - 0.1 * kTick, 1e-15);
 }
 
-// A surface that is lost during the lag must not release the command at once.
+// If the surface is lost during the lag, the command must not jump.
 TEST(OperatorMotionTest, ALostSurfaceReleasesNoJump) {
   MotionOptions options;
   options.contact_speed = 0.010;

@@ -1,4 +1,4 @@
-// A session is recorded while the haptic thread ticks: that thread takes nothing from the heap.
+// A session is recorded while the haptic thread ticks; that thread must allocate no memory.
 #include <atomic>
 #include <thread>
 

@@ -138,7 +138,7 @@ TEST_F(SessionRecordingTest, ReplayTellsTheSameTicksInTheSameOrder) {
   EXPECT_EQ(states, states_) << "the bytes that arrived";
 }
 
-// What the slave sends once: its scene and the topology of its mesh.
+// Data that the slave sends once: its scene and the topology of its mesh.
 TEST_F(SessionRecordingTest, APartByItselfKnowsSceneAndTopology) {
   std::mt19937 random(3);
   {

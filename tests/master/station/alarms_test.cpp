@@ -56,7 +56,7 @@ TEST(AlarmsTest, ARecordingThatEndedAndOneThatFallsBehindNeedDifferentSteps) {
   EXPECT_THAT(behind[0].next, HasSubstr("faster disk"));
 }
 
-// What a dead slave leaves behind is one thing to report, not five.
+// A lost slave is reported by one alarm, not by five.
 TEST(AlarmsTest, ALostLineIsReportedOnce) {
   StationMoment moment = Good();
   moment.status.link.connected = false;
@@ -82,7 +82,7 @@ TEST(AlarmsTest, AFrozenImageIsReportedUnlessNothingIsSensed) {
   EXPECT_THAT(AlarmsOf(moment), Not(Contains(HasText("The image"))));
 }
 
-// Nobody operates, and the link for it is refused: the slave's alarms count all the more.
+// The operator's link is refused, so nobody operates; the slave's alarms are still reported.
 TEST(AlarmsTest, WhoWatchesSeesTheSlavesAlarmsWithoutAManipulator) {
   StationMoment moment = Good();
   moment.status.link = {.answers = true, .observes = true};

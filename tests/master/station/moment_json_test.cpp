@@ -100,7 +100,7 @@ TEST(MomentJsonTest, TheLineIsLostConnectedDegradedOrGood) {
   EXPECT_EQ(link("word"), "connected") << "no states yet";
 }
 
-// Zero newtons and no news are two things.
+// A force of zero and an unknown force are different.
 TEST(MomentJsonTest, WhatIsNotKnownIsNull) {
   StationMoment moment = Pressed();
   moment.ticks.newest.chain.force_known = false;
@@ -112,7 +112,7 @@ TEST(MomentJsonTest, WhatIsNotKnownIsNull) {
   EXPECT_TRUE(json["rate"].is_null());
 }
 
-// What the slave reports of itself is printed as it came.
+// The slave's own report is passed on unchanged.
 TEST(MomentJsonTest, TheSlavesHealthIsPrintedWithTheNamesOfProto) {
   SlaveHealth health;
   health.trouble = "no answer";

@@ -156,7 +156,7 @@ TEST_F(ReplayStationTest, PausesAndGoesWhereItIsSent) {
   for (const Json& sample : back["samples"]) EXPECT_LE(sample[1], back["t"]);
 }
 
-// Before the first state there is no force, whatever comes after.
+// Before the first state there is no force.
 TEST_F(ReplayStationTest, NothingOfALaterMomentIsShown) {
   Open(0.4, 0.1);
   line_->SendText(R"({"do":"replay","playing":false})");

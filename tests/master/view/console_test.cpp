@@ -41,7 +41,7 @@ TEST(StatusLineTest, StaysALineWhateverTheNumbers) {
   EXPECT_THAT(FormatStatus(status), Not(HasSubstr("\n")));
 }
 
-// What a console writes into a file.
+// Tests the text that a console writes to a file.
 class ConsoleTest : public testing::Test {
  protected:
   void TearDown() override { std::fclose(file_); }

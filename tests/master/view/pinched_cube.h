@@ -20,8 +20,8 @@ struct ShapeMoment {
 
 inline constexpr double kCubeSide = 0.06;  // [m], lower corner at the origin of S
 
-// Pressed `depth` [m] deep at the middles of the faces x = 0 and x = side, dents 12 mm wide; turned
-// about z by `turn` [rad].
+// A cube pressed `depth` [m] deep at the centres of the faces x = 0 and x = side, with dents 12 mm
+// wide, rotated about z by `turn` [rad].
 inline ShapeMoment PinchedCube(double depth, double turn = 0) {
   const SolidMesh solid = MeshBox({kCubeSide, kCubeSide, kCubeSide}, {6, 6, 6});
   const Eigen::Matrix3d R = Eigen::AngleAxisd(turn, Eigen::Vector3d::UnitZ()).toRotationMatrix();

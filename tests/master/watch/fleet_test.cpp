@@ -1,4 +1,4 @@
-// What a watch shows of slaves that publish, stop, or send what is no state.
+// Tests what a watch shows of slaves that publish, stop, or send invalid states.
 #include "master/watch/fleet.h"
 
 #include <limits>

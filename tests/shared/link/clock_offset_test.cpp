@@ -11,7 +11,8 @@ namespace {
 class TwoClocks {
  public:
   explicit TwoClocks(double offset) : offset_(offset) {}
-  // A request that takes `there` [s], an answer that takes `back` [s], 1 ms after the last one.
+  // Simulates a request that takes `there` [s] and an answer that takes `back` [s], 1 ms after the
+  // last round trip.
   void RoundTrip(ClockOffset* estimate, double there, double back) {
     now_ += Seconds(1e-3);
     const Time t1 = now_;
@@ -29,7 +30,8 @@ class TwoClocks {
   Time now_{std::chrono::hours(24 * 365 * 50)};
 };
 
-// Reference: RFC 5905: |error| <= delta / 2, for any split of the way; seed fixed.
+// Reference: RFC 5905: |error| <= delta / 2, however the delay is split between both directions.
+// The seed is fixed.
 TEST(ClockOffsetTest, TheErrorStaysWithinWhatItSays) {
   std::mt19937 random(3);
   std::exponential_distribution<double> delay(1 / 5e-3);
@@ -45,7 +47,8 @@ TEST(ClockOffsetTest, TheFastestTripIsBelieved) {
   TwoClocks clocks(1);
   ClockOffset estimate;
   clocks.RoundTrip(&estimate, 50e-3, 1e-3);
-  EXPECT_GT(std::abs(estimate.seconds() - 1), 20e-3);  // one slow way: half its delay wrong
+  // One slow direction: the error is half its delay.
+  EXPECT_GT(std::abs(estimate.seconds() - 1), 20e-3);
   clocks.RoundTrip(&estimate, 1e-3, 1e-3);
   clocks.RoundTrip(&estimate, 50e-3, 1e-3);
   EXPECT_NEAR(estimate.seconds(), 1, 1e-8);
@@ -80,7 +83,7 @@ TEST(ClockOffsetTest, AClockThatStoodStillIsFoundAgainAtOnce) {
   }
 }
 
-// Reference: RFC 5905: a trip of 1 s whose ways differ may be wrong by half of it.
+// Reference: RFC 5905: a round trip of 1 s with unequal delays may be wrong by half of it.
 TEST(ClockOffsetTest, SlowTripsDoNotMoveTheOffset) {
   TwoClocks clocks(0);
   ClockOffset estimate;
@@ -107,7 +110,7 @@ TEST(ClockOffsetTest, AnOldSampleLosesToANewOne) {
 TEST(ClockOffsetTest, AnImpossibleTripIsLeftOut) {
   ClockOffset estimate;
   const Time t{};
-  estimate.Add(t + Seconds(2), t, t, t + Seconds(1));  // came back before it left
+  estimate.Add(t + Seconds(2), t, t, t + Seconds(1));  // arrived before it was sent
   EXPECT_FALSE(estimate.known());
   EXPECT_EQ(estimate.seconds(), 0);
 }

@@ -11,7 +11,7 @@
 namespace palpate {
 namespace {
 
-constexpr double kTick = 5e-3;  // [s], as states go
+constexpr double kTick = 5e-3;  // period of the states [s]
 
 // A line, and who answers at its end: feedback on those that size_received arrives a round trip
 // later.

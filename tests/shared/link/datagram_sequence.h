@@ -1,4 +1,4 @@
-// Datagrams on a line where somebody damages, repeats, reorders and makes them.
+// Datagrams on a link where an attacker damages, repeats, reorders and forges them.
 #pragma once
 
 #include "tests/support/choices.h"

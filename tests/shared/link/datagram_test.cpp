@@ -66,7 +66,8 @@ TEST_F(SealTest, WhatWasSealedIsOpenedAndNothingOfItShows) {
   EXPECT_FALSE(std::equal(once.begin() + 8, once.end(), again.begin() + 8));
 }
 
-// Each bit counts, that of the counter too: a forged one leaves the way free for the true ones.
+// A datagram with any changed bit is refused, including the counter's bits; a forged datagram does
+// not block later genuine ones.
 TEST_F(SealTest, NoBitMayDiffer) {
   const Bytes sealed = Sealed("force");
   for (std::size_t bit = 0; bit < 8 * sealed.size(); ++bit) {
@@ -192,7 +193,7 @@ TEST_F(LineTest, StrangersAreNeitherHeardNorAnsweredAndCostTheOthersNothing) {
   EXPECT_TRUE(SendUntil(caller.get(), "command", [&] { return !heard_.texts().empty(); }));
 }
 
-// A third party repeats what it saw, from its own address.
+// A third party repeats observed datagrams from its own address.
 TEST_F(LineTest, AReplayIsNotHeardAndTurnsNoAnswersAside) {
   DatagramSealer caller(keys_.receive);
   const Stranger honest(At()), replaying(At());
@@ -234,7 +235,7 @@ TEST(DatagramLineTest, WorksOverIpv6) {
 }
 
 TEST(EndsOfALine, AreFoundByThePeersName) {
-  // A socket for both families, as gRPC's is, writes addresses of IPv4 in its own way.
+  // A socket for IPv4 and IPv6, like gRPC's, writes IPv4 addresses in a mapped form.
   const int listener = socket(AF_INET, SOCK_STREAM, 0), client = socket(AF_INET6, SOCK_STREAM, 0);
   sockaddr_storage at = Loopback(AF_INET);
   socklen_t size = sizeof(sockaddr_in);
@@ -258,7 +259,7 @@ TEST(EndsOfALine, AreFoundByThePeersName) {
   EXPECT_EQ(WithoutBrackets("ipv6:%5B::1%5D:7"), "ipv6:::1:7");
 }
 
-// `tests/fuzz` looks for sequences that nobody draws.
+// `tests/fuzz` searches for further sequences.
 TEST(DatagramSequence, OnlyWhatIsNewAndUnharmedOpens) {
   for (unsigned seed = 1; seed <= 300; ++seed) {
     const auto bytes = RandomBytes(seed, 4000);

@@ -9,8 +9,8 @@
 namespace palpate {
 namespace {
 
-// A value is torn when its numbers differ. The sequence seen by the reader only rises and ends at
-// the last one written.
+// A value is inconsistent if its numbers differ. The sequence read must only rise and end at the
+// last one written.
 TEST(LatestValueTest, AReaderNeverSeesATornOrOlderValue) {
   using Block = std::array<std::uint64_t, 32>;
   constexpr std::uint64_t kLast = 500'000;

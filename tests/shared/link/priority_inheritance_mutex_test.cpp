@@ -27,9 +27,9 @@ void StayOnOneProcessor() {
   sched_setaffinity(0, sizeof first, &first);
 }
 
-// On one processor: a thread like any other holds the mutex, one more urgent than it keeps the
-// processor, the most urgent wants the mutex. Without inheritance the holder had to wait for the
-// twentieth of the processor that the system keeps for its like: 4 s.
+// On one processor, a normal thread holds the mutex, a real-time thread occupies the processor, and
+// a thread with higher priority waits for the mutex. Without priority inheritance the holder had
+// only the 5 % of the processor that the system reserves for normal threads: it took 4 s.
 TEST(PriorityInheritanceMutexTest, WhoeverHoldsItIsAsUrgentAsWhoeverWaits) {
   constexpr double kHeld = 0.2, kKept = 1;  // [s] of the processor
   PriorityInheritanceMutex mutex;

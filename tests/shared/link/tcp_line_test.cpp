@@ -13,7 +13,7 @@
 namespace palpate {
 namespace {
 
-// A connection to itself over loopback, and what the system does with its near end.
+// A TCP connection over loopback and the socket options of its near end.
 class Connection {
  public:
   Connection() {

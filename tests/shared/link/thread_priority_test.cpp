@@ -13,7 +13,7 @@ int Policy() {
   return sched_getscheduler(0) & ~SCHED_RESET_ON_FORK;
 }
 
-// Reference: sched(7). Whoever lacks the permission gets a report and goes on as before.
+// Reference: sched(7). A process without the permission gets a report and keeps its priority.
 TEST(ThreadPriorityTest, IsTheThreadsOwnAndNotThatOfThoseItStarts) {
   std::string refused;
   int own = -1, childs = -1;

@@ -57,7 +57,7 @@ TEST(FindPlaceTest, FindsEveryNodeAndCentroidAtEverySize) {
       EXPECT_LE(place->distance, 1e-15 * size);
     }
     for (int i = 0; i < static_cast<int>(s.nodes.size()); ++i) {
-      // 1e-7 of the diagonal: what a coordinate loses in a text file.
+      // 1e-7 of the diagonal: the rounding error of a coordinate in a text file.
       const Vector3d p = s.nodes[static_cast<std::size_t>(i)] + Vector3d(1, -1, 1) * 1e-7 * size;
       const auto place = FindPlace(s, p);
       ASSERT_TRUE(place) << i;

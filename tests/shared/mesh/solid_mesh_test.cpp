@@ -38,7 +38,7 @@ Enclosed EnclosedBy(const SurfaceMesh& surface) {
   return enclosed;
 }
 
-// Every directed edge once, and once the other way.
+// Returns whether every directed edge occurs once in each direction.
 bool IsClosed(const SurfaceMesh& surface) {
   std::map<std::pair<int, int>, int> uses;
   for (const auto& t : surface.triangles) {
@@ -143,7 +143,7 @@ TEST(RefinedTest, KeepsVolumeOrientationAndOldNodes) {
   EXPECT_NEAR(Volume(fine), Volume(coarse), 1e-15);
 }
 
-// Neighbours are cut at the same middles: no face opens.
+// Neighbouring elements are divided at the same midpoints, so that no gap opens.
 TEST(RefinedTest, StaysJoined) {
   const SolidMesh coarse = Skewed();
   const SurfaceMesh surface = SurfaceOf(Refined(coarse));

@@ -27,7 +27,7 @@ Metrics OneNumber() {
 
 class MetricsPageTest : public testing::Test {
  protected:
-  // A connection; whoever reads it waits 20 s at most.
+  // Returns a connection whose reads wait 20 s at most.
   [[nodiscard]] int Connect() const {
     const int fd = socket(AF_INET, SOCK_STREAM, 0);
     sockaddr_in to{};
@@ -42,7 +42,7 @@ class MetricsPageTest : public testing::Test {
   static bool Send(int fd, std::string_view words) {
     return send(fd, words.data(), words.size(), MSG_NOSIGNAL) == static_cast<ssize_t>(words.size());
   }
-  // What comes until the page ends it.
+  // Reads until the server closes the connection.
   static std::string Hear(int fd) {
     std::string heard;
     std::array<char, 4096> bytes{};
@@ -62,9 +62,10 @@ class MetricsPageTest : public testing::Test {
   MetricsPage page_{"127.0.0.1:0", false, OneNumber};
 };
 
-// Who says nothing, or a byte now and then, keeps nobody from the page, and goes after a while.
+// Clients that send nothing or single bytes do not keep others from the page; they are disconnected
+// after a while.
 TEST_F(MetricsPageTest, WhoeverLingersIsLeftBehind) {
-  constexpr int kMore = 24;  // than have a place
+  constexpr int kMore = 24;  // more than the maximum number of clients
   std::vector<int> lingering;
   for (int i = 0; i < kMore; ++i) lingering.push_back(Connect());
   std::jthread dripping([lingering](const std::stop_token& stop) {

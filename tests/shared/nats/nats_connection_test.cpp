@@ -48,7 +48,7 @@ TEST(Subjects, ContainNameAndKindOfAnySlave) {
     EXPECT_EQ(PartsOf(other).kind, "") << other;
 }
 
-// A port of this machine: closed, or one that takes connections and says nothing.
+// A local port that is closed, or that accepts connections and sends nothing.
 class Port {
  public:
   explicit Port(bool is_open) : socket_(::socket(AF_INET, SOCK_STREAM, 0)) {

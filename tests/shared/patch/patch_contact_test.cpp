@@ -29,7 +29,7 @@ Vector3d Press(PatchContact* contact, double x, double depth) {
   return force;
 }
 
-// Reference: Hooke. Single precision of the compliance leaves 1e-7.
+// Reference: Hooke's law. Tolerance: single precision of the compliance, 1e-7.
 TEST(PatchContactTest, OneNodeIsASpringFromWhereTheTipCameIn) {
   PatchContact contact = On(Plane(kK));
   EXPECT_TRUE(Press(&contact, 0.003, -0.5e-3).isZero(0));
@@ -71,7 +71,8 @@ TEST(PatchContactTest, BetweenTwoNodesTheCompliancesAreMixed) {
   EXPECT_NEAR(Press(&contact, 0.01, 1e-3).y(), kK / 2 * 1e-3, 1e-5);
 }
 
-// Reference: geometry, the force lies along the face below the tool whichever way it came.
+// Reference: geometry. The force is along the normal of the face below the tool, whatever the
+// tool's path was.
 TEST(PatchContactTest, WithoutFrictionTheForceFollowsTheSurface) {
   PatchContact contact = On(Roof(kK, 0, 1, 0.2));
   Press(&contact, 0.01, 4e-3);
@@ -101,7 +102,7 @@ TEST(PatchContactTest, FrictionLimitsTheForceAlongTheSurfaceAndDragsTheAnchor) {
 SurfacePatch TwoTools(double coupling) {
   SurfacePatch roof = Roof(kK, coupling, 3);
   roof.tool_count = 2;
-  roof.tools[1].centre = {-0.02, -1e-3, 0};  // over the middle, 1 mm deeper
+  roof.tools[1].centre = {-0.02, -1e-3, 0};  // above the midpoint, 1 mm deeper
   return roof;
 }
 
@@ -118,7 +119,8 @@ TEST(PatchContactTest, TwoToolsShareWhatTheyPress) {
   EXPECT_NEAR(force.y(), forces[0], 1e-4);
 }
 
-// Reference: complementarity. What the deeper tool presses away, the other does not touch.
+// Reference: complementarity. The other tool does not touch the surface that the deeper tool has
+// moved away from it.
 TEST(PatchContactTest, AToolWhoseSurfaceIsPressedAwayByAnotherFeelsNothing) {
   PatchContact contact = On(TwoTools(0.9));
   EXPECT_TRUE(Press(&contact, 0.02 * (1 - 1e-6), 0.5e-3).isZero(0));
@@ -146,7 +148,8 @@ TEST(PatchContactTest, NothingAllocatesAndNothingThatIsNoNumberIsShown) {
   EXPECT_TRUE(finite);
 }
 
-// Reference: no step: a spring of K moved by 20 um a tick, beside what a blend of 30 ms adds.
+// Reference: no step of the force. Limit per tick: a spring K moved by 20 um, plus the change of a
+// blend over 30 ms.
 TEST(PatchContactTest, AnotherPatchOrLawComesWithoutAStep) {
   PatchRender render;
   const SurfacePatch one = Plane(kK);
@@ -179,8 +182,8 @@ TEST(PatchContactTest, ASurfaceThatMovesIsCarriedOn) {
   EXPECT_NEAR(contact.ForceAt({0, surface - 1e-3, 0}, 1, 1).y(), kK * 1e-3, 1e-3);
 }
 
-// Reference: a passive spring: on any closed way that begins and ends outside, what comes out is no
-// more than what went in.
+// Reference: a passive spring. On any closed path that begins and ends outside, it returns no more
+// energy than it received.
 TEST(PatchContactTest, AClosedWayGivesNothing) {
   for (const int directions : {1, 3}) {
     PatchContact contact = On(Roof(kK, 0, directions, 0.1));

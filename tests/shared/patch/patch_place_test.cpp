@@ -44,7 +44,8 @@ TEST(PatchPlaceTest, TheNearestPlaceOfASquareIsTheClampedPoint) {
   }
 }
 
-// Reference: a ridge lies on both lines; the nearer face decides the side. Inside is below.
+// Reference: a ridge belongs to both faces; the nearer face determines the side. The inside is
+// below.
 TEST(PatchPlaceTest, OverARidgeIsOutsideAndUnderItIsInside) {
   const SurfacePatch roof = Roof(500, 0, 3, 0.5);
   EXPECT_NEAR(NearestPlace(roof, {0, 0.001, 0}).height, 0.001, 1e-9);

@@ -6,7 +6,7 @@
 
 namespace palpate {
 
-// The plane y = 0 that gives way like a spring of `K` [N/m] in every direction, or along its
+// The plane y = 0 with the compliance of a spring `K` [N/m], in every direction or along its
 // normal.
 inline SurfacePatch Plane(double K, int directions = 3) {
   SurfacePatch patch;
@@ -20,8 +20,8 @@ inline SurfacePatch Plane(double K, int directions = 3) {
 }
 
 // A roof of two lines that rise and fall by `slope`, its ridge at the origin, from x = -`reach` to
-// `reach` [m]; the object lies below, nodes at its three vertices give way like springs of `K`, and
-// each moves the others by `coupling` of that.
+// `reach` [m]; the object lies below, the nodes at its three vertices are springs of stiffness `K`,
+// and each displaces the others by the fraction `coupling`.
 inline SurfacePatch Roof(double K, double coupling, int directions, double slope = 0,
                          double reach = 0.02) {
   SurfacePatch patch;
@@ -30,7 +30,7 @@ inline SurfacePatch Roof(double K, double coupling, int directions, double slope
   patch.vertex_count = patch.node_count = 3;
   patch.cell_count = 2;
   for (int i = 0; i < 3; ++i) {
-    const double x = (1 - i) * reach;  // the body lies to the left of each line
+    const double x = (1 - i) * reach;  // the body is to the left of each line
     const auto at = static_cast<std::size_t>(i);
     patch.vertices[at] = Eigen::Vector3d(x, -slope * std::abs(x), 0).cast<float>();
     patch.node_of[at] = static_cast<std::uint8_t>(i);

@@ -134,7 +134,7 @@ TEST_F(RecordingTest, OneThatFallsBehindIsReportedUntilItHasCaughtUp) {
   EXPECT_FALSE(recording.stats().falls_behind);
 }
 
-// All of these are taken from the queue at once.
+// The writer takes all of these from the queue at once.
 TEST_F(RecordingTest, WhatIsDoneIsInTheFileWhileMoreIsMade) {
   std::atomic<bool> last_began{false}, released{false};
   Recording recording({.file = file_});

@@ -69,7 +69,7 @@ TEST(CsvLinesTest, TwoQuotesWithinACellAreOne) {
   EXPECT_THAT(lines.cells(), testing::ElementsAre("a \"word\" in quotes", "", "b, c", "x\""));
 }
 
-// Devices and pipes without end are files, too; a line is what must be held.
+// Devices and endless pipes can be read as files, too: at most one line is held in memory.
 TEST(CsvLinesTest, ReadsNoLineWithoutEnd) {
   CsvLines zeros("/dev/zero");
   EXPECT_EQ(Thrown<InputError>([&] { zeros.Next(); }),

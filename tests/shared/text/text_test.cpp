@@ -28,7 +28,7 @@ class TextFileTest : public FolderTest {
     return names;
   }
 
-  // The message on writing to `out` what is read from `input`.
+  // Returns the error message if `out` would overwrite `input`.
   static std::string Refusal(const fs::path& out, const fs::path& input) {
     const std::array inputs{fs::path(), fs::path("/nowhere"), input};
     return Thrown<std::invalid_argument>([&] { RequireOtherThan("--out", out, inputs); });
@@ -43,8 +43,8 @@ TEST(ParseFiniteTest, TakesWholeNumbersInTheirPlainForm) {
   }
 }
 
-// Bytes that no message can carry: cut characters, overlong ones, surrogates, beyond Unicode. What
-// is short enough ends as it is.
+// Bytes that are invalid in a message: incomplete characters, overlong ones, surrogates, code
+// points beyond Unicode. A short text is not shortened.
 TEST(ShownTest, IsUtf8WhateverItIsGiven) {
   EXPECT_EQ(Shown("\xC3\xA4\xE2\x82\xAC\xF0\x9F\x98\x80", 9),
             "\xC3\xA4\xE2\x82\xAC\xF0\x9F\x98\x80");

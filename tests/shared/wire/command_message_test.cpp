@@ -19,7 +19,7 @@ v1::OperatorCommand FullMessage() {
 }
 
 TEST(CommandMessageTest, EveryFieldTravels) {
-  // Others: operator_name, datagrams, datagrams_seen and details.
+  // Other fields: operator_name, datagrams, datagrams_seen and details.
   ExpectTravelsWhole<v1::OperatorCommand>(FullCommand(), kFullCommandText, 4);
 }
 

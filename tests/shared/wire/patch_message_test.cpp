@@ -63,7 +63,8 @@ v1::SurfacePatch Message() {
   return message;
 }
 
-// Reference: proto/README.md, at most 64 kB once and 256 bytes per update; float is what is sent.
+// Reference: proto/README.md: at most 64 kB once and 256 bytes per update. Numbers are sent as
+// float.
 TEST(PatchMessageTest, TheLargestFitsAndComesBackAsItWent) {
   const v1::SurfacePatch message = Message();
   EXPECT_LE(message.ByteSizeLong(), kMaxPatchBytes);
@@ -99,7 +100,7 @@ TEST(PatchMessageTest, TheLargestLawFitsIntoAState) {
   EXPECT_EQ(law->sensed_at, LargestLaw().sensed_at);
 }
 
-// Reference: a spring. What is no spring is made the nearest one.
+// Reference: a spring. A matrix that is no spring is replaced by the nearest spring.
 TEST(PatchMessageTest, AComplianceThatWouldGiveEnergyIsMadePassive) {
   v1::SurfacePatch message = Message();
   message.set_compliance(1, 0.5F);  // beside a diagonal of 1e-3
@@ -111,7 +112,7 @@ TEST(PatchMessageTest, AComplianceThatWouldGiveEnergyIsMadePassive) {
 }
 
 struct Harm {
-  const char* reason;  // what the refusal names
+  const char* reason;  // word that the error message contains
   std::function<void(v1::SurfacePatch*)> apply;
 };
 

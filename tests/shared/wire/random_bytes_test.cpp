@@ -1,4 +1,4 @@
-// Bytes that nobody meant: whatever parses is either refused or finite throughout.
+// Random bytes: a message that parses is either refused or has only finite values.
 #include <random>
 #include <string>
 

@@ -20,7 +20,7 @@ OperatorCommand FullCommand();
 extern const char* const kFullStateText;
 extern const char* const kFullCommandText;
 
-// Reference: `text`, written by hand. `others` fields of the message are of the link's own.
+// Reference: `text`, written by hand. `others`: number of fields that the link itself sets.
 template <class Message, class Value>
 void ExpectTravelsWhole(const Value& sent, const char* text, int others) {
   Message expected, message, again;
@@ -40,7 +40,7 @@ void ExpectTravelsWhole(const Value& sent, const char* text, int others) {
 
 template <class Message>
 struct Malformation {
-  const char* reason;  // what the refusal must name
+  const char* reason;  // word that the error message must contain
   std::function<void(Message*)> apply;
 };
 

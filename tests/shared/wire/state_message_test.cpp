@@ -27,7 +27,7 @@ SlaveState Read(const v1::SlaveState& message) {
 }
 
 TEST(StateMessageTest, EveryFieldTravels) {
-  // Others: details, datagrams and datagrams_seen.
+  // Other fields: details, datagrams and datagrams_seen.
   ExpectTravelsWhole<v1::SlaveState>(FullState(), kFullStateText, 3);
 }
 
@@ -60,7 +60,7 @@ TEST(StateMessageTest, AnUnknownForceArrivesUnknownAndNotZero) {
   EXPECT_FALSE(Read(message).true_force.has_value());
 }
 
-// Neither a number nor zero takes the place of what is not finite.
+// A value that is not finite is absent from the message; it is not replaced by a number.
 TEST(StateMessageTest, WhatIsNotFiniteIsSentAsUnknown) {
   const auto sent = [](const std::function<void(SlaveState*)>& alter) {
     SlaveState state = FullState();

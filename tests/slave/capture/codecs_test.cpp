@@ -21,7 +21,7 @@ cv::Mat Decode(const std::string& coded) {
   return cv::imdecode(Buffer(coded.begin(), coded.end()), cv::IMREAD_UNCHANGED);
 }
 
-// What OpenCV reads, without alpha.
+// Returns the image as OpenCV reads it, without alpha.
 cv::Mat Expected(const Buffer& bytes) {
   const cv::Mat image = cv::imdecode(bytes, cv::IMREAD_UNCHANGED);
   if (image.channels() != 4) return image;
@@ -131,8 +131,8 @@ TEST(OpenJpegTest, JpegsAreReadAsOpenCvReadsThem) {
   }
 }
 
-// Wherever a file is cut, what is left of it is not an image. The two bytes of a JPEG's end marker
-// hold no pixel; some cameras leave them out.
+// A file that is cut anywhere is refused. The two bytes of a JPEG's end marker hold no pixel; some
+// cameras leave them out.
 TEST(OpenImageTest, NoCutFileIsRead) {
   for (const std::string format : {".png", ".jpg"}) {
     Buffer bytes;
@@ -148,7 +148,7 @@ TEST(OpenImageTest, NoCutFileIsRead) {
   }
 }
 
-// libjpeg goes on behind damage, and shows grey or what stood before.
+// libjpeg continues after damage and shows grey or earlier content.
 TEST(OpenImageTest, DamagedPixelsAreRefusedWithoutOtherWords) {
   for (const std::string format : {".png", ".jpg"}) {
     Buffer bytes;

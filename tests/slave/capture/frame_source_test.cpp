@@ -30,7 +30,7 @@ Scene SceneWith(Camera::Source source, const std::string& pattern, const Scratch
   return scene;
 }
 
-// Images 0, 1, ... whose grey level is their number.
+// Writes images 0, 1, ... whose grey level is their number.
 void WriteNumbered(const Scratch& scratch, int count) {
   for (int k = 0; k < count; ++k) {
     const cv::Mat image(24, 32, CV_8UC1, cv::Scalar(k));
@@ -48,7 +48,7 @@ struct FrameSourceTest : testing::Test {
   const Scratch scratch;
 };
 
-// A directory into which images of another camera came.
+// A directory that also contains images of another camera.
 TEST_F(FrameSourceTest, ALaterImageOfAnotherSizeIsNamed) {
   WriteNumbered(scratch, 3);
   ASSERT_TRUE(cv::imwrite((scratch.path() / "f1.png").string(), cv::Mat(48, 64, CV_8UC1)));
@@ -115,7 +115,7 @@ TEST_F(FrameSourceTest, StoppingEndsAWaitForAnImage) {
 }
 
 TEST_F(FrameSourceTest, ASourceNobodyReadsCanBeClosed) {
-  WriteNumbered(scratch, 40);  // more than are decoded ahead: the thread waits for room
+  WriteNumbered(scratch, 40);  // more than the decoding thread keeps ahead, so it waits
   const DrivenClock clock;
   const auto source = OpenFrameSource(SceneWith(Camera::Source::kFiles, "f%d.png", scratch));
   EXPECT_TRUE(source->Next({}));

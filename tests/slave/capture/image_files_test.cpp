@@ -84,7 +84,7 @@ std::string PngHeader(std::uint32_t width, std::uint32_t height) {
   return "\x89PNG\r\n\x1a\n" + number(13) + chunk + number(checksum) + number(100) + "IDAT";
 }
 
-// 16384 x 16384 px of it would take 2.1 GB, 8192 x 8192 px 0.5 GB.
+// An image of 16384 x 16384 px would need 2.1 GB, one of 8192 x 8192 px 0.5 GB.
 TEST(ReadImageTest, SizesAreJudgedBeforePixelsTakeMemory) {
   const Scratch scratch;
   const auto huge = scratch.Write("huge.png", PngHeader(16384, 16384));

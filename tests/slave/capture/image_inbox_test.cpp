@@ -1,4 +1,4 @@
-// Images that drivers push: what is taken, what is refused and in which words.
+// Images that drivers send: which are accepted, which are refused, and the messages.
 #include "slave/capture/image_inbox.h"
 
 #include <gmock/gmock.h>
@@ -93,7 +93,7 @@ TEST_F(ImageInboxTest, ImagesComeOutAsTheyWerePushedOnOurClock) {
   EXPECT_NEAR(SecondsBetween(now_, source->Next({})->sensed_at), 0.002, 1e-6);
 }
 
-// Without it the fastest image counts as one without delay.
+// Without a known delay the fastest image is assumed to have none.
 TEST_F(ImageInboxTest, TheDelayThatTheDriverKnowsIsTakenOff) {
   ImageInbox inbox(Mono());
   PushedSample sample = Sample(Push(Encoding::kGrey8, grey_, kWidth, kHeight));
@@ -116,7 +116,7 @@ TEST_F(ImageInboxTest, PairsAreGreyAndStateTheirSkew) {
   EXPECT_EQ(pair->right.size(), cv::Size(kWidth, kHeight));
   EXPECT_NEAR(inbox.health().skew, 0.003, 1e-6);
   EXPECT_NEAR(pair->skew, 0.003, 1e-6);
-  // The right image arrived when it was taken, as far as the slave can know.
+  // As far as the slave can know, the right image arrived when it was taken.
   EXPECT_NEAR(SecondsBetween(pair->sensed_at, now_ + Seconds(latency_)), 0.0015, 1e-6);
 }
 
@@ -184,7 +184,8 @@ TEST_F(ImageInboxTest, OrderAndPaceAreKept) {
   EXPECT_THAT(flood, HasSubstr("more than 120 samples within a second"));
 }
 
-// Reference: arithmetic. 100 a second, and after a silence of 5 s what fits into it, once.
+// Reference: arithmetic. 100 images per second are allowed, and after a silence of 5 s once as many
+// as fit into it.
 TEST(PaceLimitTest, WhatASilenceHeldUpIsAllowedAndAFloodIsNot) {
   const auto allowed = [](PaceLimit& pace, Time now, double apart) {
     int count = 0;

@@ -1,5 +1,5 @@
-// Cameras that run freely, freeze, are unplugged and come back: fake ones, at the seam where
-// OpenCV's stand.
+// Tests cameras that run freely, freeze, are unplugged and return. Fake cameras replace those of
+// OpenCV.
 #include "slave/capture/live_cameras.h"
 
 #include <chrono>
@@ -25,7 +25,7 @@ namespace {
 
 using testing::HasSubstr;
 
-// A camera whose images the test shows, one grey level each.
+// A camera whose images the test supplies, one grey level each.
 class FakeCamera {
  public:
   void Show(int level) {
@@ -54,7 +54,7 @@ class FakeCamera {
     Images(FakeCamera& camera, int type) : camera_(camera), type_(type) {}
     cv::Mat Next() override {
       std::unique_lock lock(camera_.mutex_);
-      // Liveness only: a camera that froze gives up some day.
+      // Only against a hanging test: a frozen camera times out.
       if (!camera_.changed_.wait_for(lock, std::chrono::seconds(20),
                                      [this] { return !camera_.shown_.empty(); })) {
         return {};
@@ -83,7 +83,7 @@ class FakeCamera {
   cv::Size size_{6, 4};
 };
 
-// Ends the wait of whoever reads them, before the cameras go.
+// Ends the reader's wait before the cameras are destroyed.
 class Ending {
  public:
   explicit Ending(std::vector<FakeCamera*> cameras) : cameras_(std::move(cameras)) {}
@@ -101,7 +101,7 @@ int LevelOf(const cv::Mat& image) {
   return image.at<unsigned char>(0, 0);
 }
 
-// A server that takes the call and says nothing: OpenCV alone would wait for 30 s.
+// A server that accepts the connection and sends nothing: OpenCV alone would wait for 30 s.
 TEST(LiveCamerasTest, AStreamThatDoesNotAnswerIsGivenUp) {
   const int listening = socket(AF_INET, SOCK_STREAM, 0);
   sockaddr_in here{};
@@ -120,7 +120,7 @@ TEST(LiveCamerasTest, AStreamThatDoesNotAnswerIsGivenUp) {
   close(listening);
 }
 
-// As a GStreamer pipeline whose source says nothing.
+// Behaves like a GStreamer pipeline whose source sends nothing.
 TEST(LiveCamerasTest, AnEyeWhoseOpeningNeverEndsIsReportedAndGivenUp) {
   auto held = std::make_shared<std::promise<void>>();
   const CameraInput mute{"stream of nobody", [held] {
@@ -152,7 +152,7 @@ TEST(LiveCamerasTest, OneThatIsUnpluggedComesBackByItself) {
 TEST(LiveCamerasTest, ImagesOfAnotherSizeThanTheScenesAreRefusedAtOnce) {
   FakeCamera camera;
   CameraInput input = camera.Input("camera 0");
-  input.size = {640, 480};  // a driver gives what it can
+  input.size = {640, 480};  // the driver may choose another size
   const auto source = FramesOf({input}, {});
   const Ending ending({&camera});
   camera.Show(1);

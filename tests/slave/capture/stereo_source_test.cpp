@@ -52,7 +52,7 @@ void WritePairs(const Scratch& scratch, int count) {
   }
 }
 
-// What is reported when the scene is opened and read to its end.
+// Returns the error message when the scene is opened and read to its end.
 std::string Message(const Scene& scene) {
   return Thrown<std::runtime_error>([&] {
     const DrivenClock clock;

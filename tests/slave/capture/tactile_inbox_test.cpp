@@ -1,4 +1,4 @@
-// Live tactile streams: what comes out as frames, whatever comes in.
+// Tests the frames that result from live tactile streams of any kind.
 #include "slave/capture/tactile_inbox.h"
 
 #include <atomic>
@@ -66,11 +66,12 @@ class Driver {
  private:
   TactileInbox* inbox_;
   std::string finger_;
-  double clock_;  // how far the sender's clock is ahead [s]
+  double clock_;  // offset of the sender's clock [s]
   std::uint64_t sequence_ = 0;
 };
 
-// Whether a thread of this process sleeps, see proc(5): one that only gets no processor does not.
+// Returns whether a thread of this process sleeps, see proc(5). A thread that waits for a processor
+// does not count.
 bool IsAsleep(pid_t thread) {
   std::ifstream stat("/proc/self/task/" + std::to_string(thread) + "/stat");
   const std::string text{std::istreambuf_iterator<char>(stat), {}};
@@ -132,7 +133,7 @@ TEST_P(OtherRateTest, IsResampledToTheScenesRate) {
     if (i % batch != batch - 1) continue;
     for (const auto& frame : TakeAll(&inbox)) frames.push_back(frame);
   }
-  // Until the rate is known, in at most 0.3 s, its samples may be taken as they are.
+  // Until the rate is known (0.3 s at most), samples may be used without alignment.
   std::size_t settled = frames.size();
   for (std::size_t i = 1; i < frames.size(); ++i) {
     EXPECT_NEAR(SecondsBetween(At(TimeIn(frames[i].fingers[0])), frames[i].sensed_at), 0.002, 1e-7);
@@ -258,7 +259,7 @@ TEST(TactileInboxTest, SaysWhatItRefuses) {
   reading.X_SF = Eigen::Isometry3d::Identity();
   reading.X_SF->matrix()(0, 0) = -1;  // a mirror
   EXPECT_THAT(why("ff", 8, 2, reading), HasSubstr("pose: expected"));
-  EXPECT_EQ(why("ff", 8, 2, Reading(2)), "taken");  // nothing of it counted
+  EXPECT_EQ(why("ff", 8, 2, Reading(2)), "taken");  // nothing of it was used
 }
 
 TEST(TactileInboxTest, AfterOneHasLeftTheNextSendersClockStartsAgain) {
@@ -289,7 +290,7 @@ TEST(TactileInboxTest, AFingerHasOneSenderUntilItIsSilentForASecond) {
     EXPECT_EQ(feed(i, 0.01 * static_cast<double>(i), 7), "taken");
   }
   EXPECT_THAT(feed(1, 0.21, 8), HasSubstr("is already fed by a stream: expected one stream"));
-  inbox.Leave("rf", 8);  // not its own
+  inbox.Leave("rf", 8);  // another driver's finger
   EXPECT_EQ(feed(21, 0.22, 7), "taken");
   EXPECT_THAT(feed(1, 1.21, 8), HasSubstr("is already fed"));
   EXPECT_EQ(feed(1, 1.23, 8), "taken");  // whatever the sequence and clock of the other
@@ -298,8 +299,8 @@ TEST(TactileInboxTest, AFingerHasOneSenderUntilItIsSilentForASecond) {
   EXPECT_EQ(feed(1, 1.25, 9), "taken");
 }
 
-// One sample per 0.9 s, or the same one again and again, is no driver: the one at 100 Hz comes in
-// within ten of its periods, and stays.
+// A sender with one sample per 0.9 s or with repeated samples does not keep the finger: the driver
+// at 100 Hz is accepted within ten of its periods and stays.
 TEST(TactileInboxTest, WhoSendsNowAndThenKeepsNoDriverOut) {
   TactileInbox inbox(Scened({"rf"}));
   const auto takes = [&](double sensed, double t, TactileInbox::SenderId sender) {
@@ -313,7 +314,7 @@ TEST(TactileInboxTest, WhoSendsNowAndThenKeepsNoDriverOut) {
   EXPECT_FALSE(takes(2.2, 2.2, 1));
 }
 
-// Two drivers and a reader at once; the thread sanitizer watches this one too.
+// Two drivers and a reader at once; also runs under the thread sanitizer.
 TEST(TactileInboxTest, TwoThreadsFeedWhileOneReads) {
   TactileInbox inbox(Scened({"ff", "th"}, 1000));
   std::stop_source stop;
@@ -342,7 +343,7 @@ TEST(TactileInboxTest, TwoThreadsFeedWhileOneReads) {
   while (frames < 300) std::this_thread::sleep_for(std::chrono::milliseconds(1));
   stop.request_stop();
   reader.join();
-  EXPECT_GE(whole, 299);  // the first may be of whoever came first
+  EXPECT_GE(whole, 299);  // the first frame may lack the finger whose driver came later
 }
 
 // Whatever order, delay, clock and rate: times rise, counts are finite, nothing blocks.
@@ -386,8 +387,8 @@ TEST(TactileInboxTest, ASampleAllocatesNothing) {
   EXPECT_EQ(AllocationCount() - before, 0);
 }
 
-// Reference: delays are 1 to 5 ms; the clock of the sender loses 100 us per second for an hour.
-// What is remembered for 20 s is at most 2 ms old by then.
+// Reference: delays are 1 to 5 ms; the clock of the sender loses 100 us per second for an hour. The
+// offset is remembered for 20 s, in which it changes by at most 2 ms.
 TEST(SenderClockTest, FollowsAClockThatDrifts) {
   SenderClock clock;
   std::mt19937 random(7);

@@ -1,4 +1,4 @@
-// Recordings of tactile samples: what is understood, what is refused, how they come as frames.
+// Recordings of tactile samples: which are accepted, which are refused, and the resulting frames.
 #include "slave/capture/tactile_recording.h"
 
 #include <chrono>
@@ -241,7 +241,7 @@ std::string PosedRecording(const std::string& quaternion) {
          counts + ",0.25,0,0.5," + quaternion + "\n";
 }
 
-// Reference: half of a quarter turn about z is 45 degrees; half of the way is the middle.
+// Reference: half of a quarter turn about z is 45 degrees; the position is the midpoint.
 TEST(RecordedPoseTest, LiesBetweenTheRecordedOnes) {
   const Scratch scratch;
   const std::string quarter = std::to_string(kHalf) + ",0,0," + std::to_string(kHalf);

@@ -13,7 +13,8 @@ namespace {
 
 constexpr FailedCheck kOne = FailedCheck::kIndentation, kOther = FailedCheck::kArm;
 
-// Reference: the quantile. Windows overlap, so failures come in groups: ten times as many at most.
+// Reference: the quantile. Windows overlap, so failures occur in groups; at most ten times as many
+// are accepted.
 TEST(ConsistencyTest, NoiseOfTheStatedSizeFailsNoOftenerThanTheQuantile) {
   std::mt19937 random(1);
   std::normal_distribution<double> noise(0, 2);

@@ -134,9 +134,9 @@ TEST_F(CalibrateTest, ExchangedSidesAreReportedAndCorrected) {
   EXPECT_EQ(rows, 9);
 }
 
-// One pair whose right image is of another instant, one image that is none, one without a
-// board, one without a partner, one file without a number: the rest give the very rig that they
-// give alone.
+// There are one pair whose right image was taken at another time, one file that is no image, one
+// image without a board, one without a partner and one file without a number. The remaining pairs
+// give exactly the same rig as they give alone.
 TEST_F(CalibrateTest, WhatIsBadIsNamedAndLeftOut) {
   if (!fs::exists(chess_)) GTEST_SKIP() << "../shared is absent";
   const fs::path alone = folder_ / "alone";
@@ -189,7 +189,7 @@ TEST_F(CalibrateTest, OneCameraGivesALens) {
 }
 
 // Reference: the pinhole that saw the grid. Tolerance: blobs are found to 0.1 px of 100, and
-// perspective moves their middles by as much.
+// perspective displaces their centres by as much.
 TEST_F(CalibrateTest, ACircleGridGivesALens) {
   const Board board{Board::Pattern::kAsymmetricCircles, 4, 9, 0.010};
   const Lens lens{300, 300, 159.5, 119.5, {}, {320, 240}};
@@ -244,7 +244,7 @@ TEST_F(CalibrateTest, SaysWhatItCannotUse) {
   EXPECT_THAT(output_, HasSubstr("--board counts the inner corners of a chessboard"));
 }
 
-// Places on the plane z = 0 that a camera 0.4 m above it sees through its lens; the sixth is wrong.
+// Positions on the plane z = 0, seen through a lens by a camera 0.4 m above it; the sixth is wrong.
 std::string PlacesThroughALens(const Lens& lens, const Eigen::Isometry3d& X_SC) {
   std::string rows = "x,y,z,u,v\n";
   int number = 0;

@@ -1,4 +1,4 @@
-// What `check` says of two cameras, simulated and from files.
+// Tests the report of `check` about two cameras, simulated and from files.
 #include <string>
 
 #include <gmock/gmock.h>

@@ -52,7 +52,7 @@ object:
 model: {kind: fem}
 )" + sense);
   }
-  // What the scene's camera sees of the object under `loads`.
+  // Returns the image of the object under `loads` from the scene's camera.
   fs::path Image(const fs::path& loads) {
     const auto scene = LoadScene(options_.scene, {}, SceneUse::kSolve);
     const auto shape = ShapeUnderTables(scene, {}, loads, nullptr);
@@ -78,7 +78,8 @@ model: {kind: fem}
   std::string output_, complained_;
 };
 
-// A body that nothing holds, pulled along z by 100 Pa at its ends: every triangle bears its share.
+// A body without supports, pulled along z by 100 Pa at its ends; every triangle gets its share of
+// the load.
 class UniformTensionTest : public EvaluateTest {
  protected:
   static constexpr double kModulus = 2e5, kNu = 0.3, kPull = 100;  // [Pa], [-], [Pa]
@@ -102,8 +103,8 @@ class UniformTensionTest : public EvaluateTest {
     }
     return Write("loads.csv", rows.str());
   }
-  // Reference: u = p / E (-nu x, -nu y, z) and a rigid motion, which nothing fixes. Displacements
-  // that are linear in space are the elements' own: what is left is the residual.
+  // Reference: u = p / E (-nu x, -nu y, z) plus an arbitrary rigid motion. The elements represent
+  // linear displacements exactly, so only the solver's residual remains.
   void ExpectClosedForm(const fs::path& file) {
     const auto scene = LoadScene(file, {}, SceneUse::kSolve);
     const ObjectMesh mesh = MeshObject(scene, std::nullopt);

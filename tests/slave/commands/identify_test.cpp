@@ -1,4 +1,4 @@
-// `palpate-slave identify` end to end: tables in, report out, and what it refuses.
+// Tests `palpate-slave identify` as a whole: input tables, report, and refused input.
 #include "slave/commands/identify/identify.h"
 
 #include <cmath>
@@ -56,8 +56,7 @@ class IdentifyCommand : public testing::Test {
   path folder_ = BinaryPath("/identify-command");
 };
 
-// What a person can check without a table: 0.2 N/mm2 on 100 mm2 are 20 N, on 10 mm x 10 mm the
-// same.
+// Can be checked by hand: 0.2 N/mm2 on 100 mm2 are 20 N, and the same on 10 mm x 10 mm.
 TEST(IdentifyReading, IsAForceAndItsWeight) {
   identify::MaterialTest test{.name = "pad", .components = {{0, 0}}};
   test.rows = {{.abscissa = 1, .measured = {0}}, {.abscissa = 0.75, .measured = {-2e5}}};
@@ -85,7 +84,7 @@ TEST_F(IdentifyCommand, TellsALawItsModulusAndTheScenesLines) {
   EXPECT_THAT(report.at("laws").at(0).at("scene").get<std::string>(), HasSubstr("law: ogden"));
 }
 
-// The lines of a scene for a fit, put into a scene: what `LoadScene` accepts.
+// Puts the scene lines of a fit into a scene and loads it with `LoadScene`.
 Scene SceneOf(const path& folder, const std::string& lines) {
   WriteWholeFile(folder / "base.yaml",
                  "name: block\nobject:\n  geometry: {box: {size: [0.06, 0.06, 0.03], cells: [6, 6, "
@@ -183,9 +182,9 @@ std::string Altered(const path& file, const std::string& from, const std::string
   return text;
 }
 
-// Twenty-two wrong units on published data, each of which the right unit turns into a fit; and a
-// compression test that is called a relaxation. Without a scene nothing shows rubber in MPa that is
-// called kPa: it is as soft as brain.
+// Twenty-two wrong units on published data, each of which is accepted with the right unit; and a
+// compression test that is declared as a relaxation. Without a scene, rubber in MPa that is
+// declared as kPa cannot be detected, since it would be as soft as brain.
 TEST_F(IdentifyCommand, RejectsWrongUnitsOfPublishedData) {
   const path data = SourcePath("/../shared/data");
   if (!std::filesystem::exists(data)) GTEST_SKIP() << data << " is absent";
@@ -281,7 +280,7 @@ TEST_F(IdentifyCommand, GivesLinesThatASceneReadsForPublishedData) {
                                      "planar=" + folder + "/PS.csv"}};
     options.stress_unit = "MPa";
     expect(options);
-    options.data = {folder + "/UT.csv"};  // by its tensors
+    options.data = {folder + "/UT.csv"};  // tensor components
     expect(options);
   }
   IdentifyRequest gel{.data = {"biaxial=" + curves + "Katashima_2012/BT.csv"}};
@@ -367,7 +366,7 @@ class PressTable : public IdentifyCommand {
   const std::string row_ = "a,0.02,0.02,0.02,0,0,-0.001,0,0,-0.286";
 };
 
-// What `solve` answers under a tool is measured again under it, round or flat.
+// `identify` finds the modulus from the forces that `solve` computed under a round or flat tool.
 TEST_F(PressTable, FindsTheModulusOfWhatSolveAnswersUnderTheScenesTool) {
   const path contacts = Write("contacts.csv",
                               "case,x,y,z,dx,dy,dz\na,0.02,0.02,0.02,0,0,-0.001\n"

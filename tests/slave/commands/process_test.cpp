@@ -34,7 +34,7 @@ TEST(ProcessTest, OnlyATargetThatGoesOnHasADuration) {
   }
 }
 
-// What a scene in `out` with one line more is refused for.
+// Returns the error message for a scene in `out` with one additional line.
 std::string RefusalInside(const std::filesystem::path& out, const std::string& name, bool frames) {
   ProcessOptions options;
   options.scene = out / name;

@@ -14,7 +14,7 @@ namespace {
 using ::testing::HasSubstr;
 using ::testing::IsEmpty;
 
-// A terminal or a file that remembers, and a clock that stops until it is moved.
+// A terminal or a file that records its output, and a clock that the test advances.
 struct Screen {
   bool is_terminal = true;
   int columns = 80;
@@ -45,7 +45,7 @@ TEST(ProgressBarTest, TerminalIsDrawnTenTimesASecondAtMost) {
   bar.Expect({.seconds = 10, .memory_bytes = 0});
   const std::size_t before = screen.writes.size();
   for (int i = 0; i < 10'000; ++i, screen.now += 1e-4) bar.Report("assembly", i * 1e-4);
-  // One second: the first at once, then one every tenth of a second.
+  // In one second: the first output at once, then one every tenth of a second.
   EXPECT_NEAR(static_cast<double>(screen.writes.size() - before), 10, 1);
 }
 

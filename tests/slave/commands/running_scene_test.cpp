@@ -47,7 +47,7 @@ TEST_F(RunningSceneTest, AutoIsDecidedOnceAndKept) {
   EXPECT_EQ(first.model.kind, "bem2d");
   EXPECT_FALSE(first.model.decision.reason.empty());
   ASSERT_EQ(Kept().size(), 1U);
-  // What is kept is what counts: another decision in its place is taken.
+  // A stored decision is used: if it is replaced by another one, that one is used.
   Scene other = first;
   other.model.elements = 77;
   WriteWholeFile(Kept().front(), DecidedText(other));
@@ -76,7 +76,7 @@ TEST_F(RunningSceneTest, AnotherSceneIsDecidedAgain) {
   EXPECT_EQ(Kept().size(), 3U);
 }
 
-// A long study knows more than the quick one.
+// The decision of a complete study replaces the quick one.
 TEST_F(RunningSceneTest, WhatStudyFindsIsWhatRunsFromThenOn) {
   StudyOptions options{.scene = file_, .overrides = {}, .out = folder_ / "study", .budget = 1};
   ASSERT_EQ(RunStudyCommand(options, {}), 0);

@@ -11,8 +11,8 @@
 namespace palpate {
 namespace {
 
-// Reference: one newton is the weight of 1000 / 9.81 g; a cube of 10 mm under a strain of a tenth
-// takes E 1e-4 m2 0.1.
+// Reference: one newton is the weight of 1000 / 9.81 g; a cube of 10 mm at a strain of a tenth
+// needs the force E 1e-4 m2 0.1.
 TEST(SceneSummaryTest, StateForcesAsWeights) {
   EXPECT_EQ(ForceText(1), "1 N, the weight of 102 g");
   EXPECT_EQ(ForceText(0.27), "0.27 N, the weight of 28 g");
@@ -20,7 +20,7 @@ TEST(SceneSummaryTest, StateForcesAsWeights) {
   EXPECT_THAT(ModulusText(127e3), testing::HasSubstr("1.3 N"));
 }
 
-// Reference: paper A's block takes 2.35 N at 5 mm, and its model is linear: 0.47 N at 1 mm.
+// Reference: paper A's block needs 2.35 N at 5 mm, and its model is linear: 0.47 N at 1 mm.
 TEST(SceneSummaryTest, DescribeTheSiliconeBlock) {
   const Scene scene = LoadScene(SourcePath("/deploy/scenes/silicone-block.yaml"));
   const std::string words = SceneSummary(scene);

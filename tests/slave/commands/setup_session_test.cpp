@@ -32,8 +32,8 @@ namespace {
 using Eigen::Vector2d;
 using testing::HasSubstr;
 
-// Tool and block in the first image, by the scene's numbers: tip at home, 0.35 mm per pixel; the
-// block lies as far off its pose as `site.misplacement` says.
+// Positions of tool and block in the first image, from the scene: the tip at home, 0.35 mm per
+// pixel; the block is displaced from its pose by `site.misplacement`.
 const Vector2d kTip(319.5, 239.5 - 40.16 / 0.35);
 const Vector2d kLowerLeft(319.5 + (0.21 - 44) / 0.35, 239.5 + (54 + 0.13) / 0.35);
 constexpr double kSide = 88 / 0.35;
@@ -57,7 +57,7 @@ class SetupSessionTest : public testing::Test {
   }
   static void TearDownTestSuite() { delete folder_; }
 
-  // As a person would write it; `modulus` is that of the block, or a mistake.
+  // A proposal as a user would write it; `modulus` is that of the block, or a mistake.
   [[nodiscard]] SceneProposal Proposal(const std::string& modulus = "127 kPa") const {
     const cv::Rect box(cv::Point(305, 80), cv::Point(335, 124));
     std::ostringstream scene;
@@ -79,7 +79,7 @@ class SetupSessionTest : public testing::Test {
   }
 
   inline static PrivateFolder* folder_ = nullptr;
-  inline static std::map<std::uint64_t, double> true_force_;  // by number of the image [N]
+  inline static std::map<std::uint64_t, double> true_force_;  // true force by image number [N]
   inline static cv::Mat first_;
   const Scratch saved_;
   // Starts the next slave as `serve` does.
@@ -121,7 +121,7 @@ TEST_F(SetupSessionTest, AMistakeIsNamedWithKeyValueAndWhatIsExpectedAndChangesN
   EXPECT_EQ(slave_->Status().phase, Phase::kSetup);
 }
 
-// What only the image shows: a scale that is wrong by a tenth.
+// A scale that is wrong by a tenth, which only the image can show.
 TEST_F(SetupSessionTest, AMistakeInTheImageIsNamedByItsKey) {
   SceneProposal wrong = Proposal();
   const std::string right = "pixel: 0.35 mm";

@@ -196,7 +196,7 @@ TEST_F(SolveTest, ElementsThatAreNotTheToolAreFlagged) {
   }
 }
 
-// What is written is a table of the same contacts.
+// The output is a table of the same contacts.
 TEST_F(SolveTest, ReadsTheContactsThatItWrote) {
   const Outcome first = RunContacts(
       "case,x,y,dx,dy,width\nA,0.044,0.088,0,-5e-3,5.87e-3\nB,0.044,0.088,0,-5e-3,0.01\n");
@@ -327,8 +327,8 @@ TEST_F(SolveTest, WritesOverNothingItReads) {
   EXPECT_EQ(std::filesystem::file_size(scene), original);
 }
 
-// A tool of 2 mm on cells of 10 mm, by an edge: the row says that it is extrapolated, the words say
-// why. In the middle it is answered. Reference: a bonded disc on a half-space (Spence), 3 %.
+// A tool of 2 mm on cells of 10 mm, near an edge: the row is flagged as extrapolated with a reason.
+// At the centre the answer is valid. Reference: a bonded disc on a half-space (Spence), 3 %.
 TEST_F(SolveTest, SaysWhyARowIsExtrapolated) {
   options_.scene = Write("scene.yaml", R"(name: cube
 object:

@@ -19,7 +19,7 @@ using Eigen::Vector3d;
 
 constexpr double kFocal = 800, kBaseline = 0.06, kDistance = 0.25, kSigma = 0.1;
 
-// Paper C's membrane before two parallel cameras whose middle is on its axis.
+// Paper C's membrane in front of two parallel cameras whose midpoint is on its axis.
 Scene MembraneScene() {
   Scene scene;
   scene.object.geometry = MembraneGeometry{0.039, 0.001};

@@ -19,7 +19,7 @@ namespace {
 
 constexpr int kToItsEnd = 7;
 
-// What a program does that takes longer to end than it may.
+// Simulates a program that takes longer to end than allowed.
 void EndSlowly(StopOnSignal* stop) {
   kill(getpid(), SIGTERM);
   while (!stop->token().stop_requested()) std::this_thread::yield();
@@ -81,7 +81,7 @@ TEST(StopOnSignalTest, ItsEndWaitsForNothing) {
   EXPECT_LT(shortest_end([] { return std::make_unique<StopOnSignal>(); }), 20 * reference);
 }
 
-// As it is the master's, somebody may well send it here.
+// The master uses this signal, so a user may send it here by mistake.
 TEST(StopOnSignalTest, ItsEmergencyIsHeardAlsoBeforeAnybodyListens) {
   StopOnSignal stop;
   std::atomic<int> heard{0};

@@ -43,7 +43,7 @@ class UnblockedLogTest : public testing::Test {
   std::unique_ptr<spdlog::logger> log_;
 };
 
-// Without it the writer waits for ever, whatever it holds.
+// Without it the writer blocks for ever, while it may hold locks.
 TEST_F(UnblockedLogTest, WhatNobodyReadsIsLostAndCounted) {
   constexpr int kLines = 20000;
   for (int i = 0; i < kLines; ++i) log_->warn("line {:05d}", i);

@@ -63,8 +63,8 @@ class VerifyFilesTest : public FolderTest {
   VerifyOptions options_;
 };
 
-// The simulated block, whose recorded images are processed again with another scene: the whole way
-// from images to the card. Loads and positions are those of the simulator.
+// Recorded images of the simulated block are processed again with another scene: tests everything
+// from the images to the card. Loads and positions are those of the simulator.
 class SimulatedBlockTest : public VerifyFilesTest {
  protected:
   void Record(int seed) {

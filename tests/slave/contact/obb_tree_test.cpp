@@ -35,7 +35,7 @@ std::optional<double> FirstEntryByForce(const BoundaryMesh& mesh, const Eigen::V
   return first;
 }
 
-// Reference: all elements, one by one. Tolerance: two ways to compute one intersection, whose
+// Reference: all elements, one by one. Tolerance: the intersection is computed in two ways; its
 // condition 1 / sin(angle between path and element) stays below 1e4 for this seed.
 TEST(ObbTreeTest, FindsTheFirstEntryThatTryingEveryElementFinds) {
   std::mt19937 random(1);
@@ -61,8 +61,8 @@ TEST(ObbTreeTest, FindsTheFirstEntryThatTryingEveryElementFinds) {
   EXPECT_GT(entries, 3000);  // the comparison is not about nothing
 }
 
-// Reference: the least distance over all elements, which FindElement takes. Exact: the same
-// projection.
+// Reference: the smallest distance over all elements, as in FindElement. The result is equal, since
+// the projection is the same.
 TEST(ObbTreeTest, FindsTheNearestPlaceWhereverItLookedBefore) {
   std::mt19937 random(2);
   for (int body = 0; body < 60; ++body) {
@@ -95,7 +95,7 @@ TEST(ObbTreeTest, TellsInsideFromOutside) {
 }
 
 TEST(ObbTreeTest, LetsNoPathThroughBetweenTwoElements) {
-  // Every node of a disc, aimed at from outside along many directions: a crack of one rounding
+  // Paths from outside to every node of a disc along many directions: a gap of one rounding error
   // would let some of the paths in.
   const BoundaryMesh mesh = MeshDisc(0.3, 97);
   const ObbTree tree(mesh);
@@ -117,7 +117,7 @@ TEST(ObbTreeTest, APathThatOnlyTouchesDoesNotEnter) {
   EXPECT_FALSE(square.FirstEntry({-1, 1}, {2, 1}));           // along the top
   EXPECT_FALSE(square.FirstEntry({2, 1}, {-1, 1}));
   EXPECT_FALSE(square.FirstEntry({0.5, 2}, {0.5, 1}));  // ends on it
-  EXPECT_FALSE(square.FirstEntry({0.5, 1}, {0.5, 2}));  // leaves it
+  EXPECT_FALSE(square.FirstEntry({0.5, 1}, {0.5, 2}));  // leaves the square
   EXPECT_FALSE(square.FirstEntry({0.5, 2}, {0.5, 2}));  // does not move
 }
 

@@ -115,9 +115,9 @@ std::vector<Vector3d> Probes(const SurfaceMesh& surface, double scale, std::mt19
   return probes;
 }
 
-// Reference: every triangle, one by one, by other algebra; and what a place claims of itself.
-// Tolerance: rounding of the coordinates, times 1e4 for the needle's slivers, whose sides' ratio it
-// is.
+// Reference: every triangle, one by one, by another formula; and the consistency of the returned
+// place. Tolerance: rounding of the coordinates, times 1e4 for the needle's thin triangles, whose
+// sides have this ratio.
 TEST(SurfaceContactTest, FindsTheClosestPlaceThatTryingEveryTriangleFinds) {
   std::mt19937 random(1);
   for (const double scale : {1e-9, 1.0, 1e3}) {

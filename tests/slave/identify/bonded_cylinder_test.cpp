@@ -7,7 +7,7 @@
 namespace palpate::identify {
 namespace {
 
-// A slender rod's ends matter no more; without lateral strain they never do.
+// The ends of a slender rod have no influence; without lateral strain they never have one.
 TEST(BondedCylinder, SlenderOrWithoutPoissonsEffectItIsFree) {
   EXPECT_NEAR(BondedCylinderFactor(0.02, 0.5), 1, 0.01);
   EXPECT_NEAR(BondedCylinderFactor(1.67, 0), 1, 1e-9);
@@ -27,7 +27,7 @@ TEST(BondedCylinder, WideItIsTheKnownDisc) {
   EXPECT_GT(disc, 0.97 * confined);
 }
 
-// Nearly incompressible goes over into incompressible: no locking, no jump.
+// The factor approaches that of an incompressible body continuously, without locking.
 TEST(BondedCylinder, HasNoJumpAtIncompressibility) {
   EXPECT_NEAR(BondedCylinderFactor(1.6, 0.49999) / BondedCylinderFactor(1.6, 0.5), 1, 1e-3);
   EXPECT_GT(BondedCylinderFactor(1.6, 0.5), BondedCylinderFactor(1.6, 0.4));

@@ -1,4 +1,4 @@
-// Whether bands of 95 % hold 95 of 100 truths.
+// Tests that intervals of 95 % contain 95 of 100 true values.
 #include <cmath>
 
 #include <gtest/gtest.h>

@@ -60,10 +60,10 @@ TEST(SiliconeData, ChordModuliAreThePublishedOnes) {
   EXPECT_GE(near, 9);
 }
 
-// The chord modulus of each sample of each material. Every interval is that of sample A1 alone,
-// with the spread between specimens that the twelve other materials have. It holds the modulus of
-// sample B1 for 11 of 13 and is at most 15 % wide to each side. Printed beside it: the published
-// value.
+// The chord modulus of each sample of each material. Every interval is computed from sample A1
+// alone, with the spread between specimens of the twelve other materials. It contains the modulus
+// of sample B1 for 11 of 13 materials and is at most 15 % wide to each side. The published value is
+// printed beside it.
 TEST(SiliconeData, IntervalsOfOneSpecimenHoldTheOther) {
   const path folder = Data("silicone_compression");
   if (!std::filesystem::exists(folder)) GTEST_SKIP() << folder << " is absent";
@@ -111,8 +111,8 @@ TEST(SiliconeData, IntervalsOfOneSpecimenHoldTheOther) {
   EXPECT_GE(covered, 11);
 }
 
-// Two specimens that part by more than those of the silicones widen the interval, two that agree
-// narrow it: the mean is better known.
+// Two specimens that differ more than those of the silicones widen the interval; two that agree
+// narrow it, because the mean is better known.
 TEST(SpecimenSpread, OfSeveralSpecimensCountsTheirOwn) {
   EXPECT_NEAR(OtherSpecimenSigma({}), kBetweenSpecimens * std::sqrt(2), 1e-12);
   EXPECT_EQ(OtherSpecimenSigma({}), OtherSpecimenSigma({5e4}));
@@ -145,10 +145,10 @@ TEST(HyperelasticData, RubberAndGelAreFittedWithinFivePercent) {
   }
 }
 
-// Rms of what the constants of one record of shear with holds predict of the others, as a scene
-// with material.relaxation computes it, over their peaks. The three records whose rate is stated
-// are compared. The fourth and the monotonic ones are of another stiffness: at the same strain and
-// rate as the record of 2 the stress of the fourth is 1.7 times as large.
+// Rms error relative to the peak when the constants from one record of shear with holds predict the
+// other records, computed as by a scene with material.relaxation. The three records with a stated
+// rate are compared. The fourth and the monotonic ones have another stiffness: at the same strain
+// and rate as the record of 2 the stress of the fourth is 1.7 times as large.
 TEST(AdhesiveData, RelaxationAtOneRatePredictsTheOtherRates) {
   const path folder = Data("viscoelastic_adhesive");
   if (!std::filesystem::exists(folder)) GTEST_SKIP() << folder << " is absent";

@@ -20,7 +20,7 @@ std::vector<MaterialTest> ThreeTests(const HyperLaw& law, double noise = 0) {
           CurveOf(law, TestKind::kPlanar, 2.2, 30, noise, 3)};
 }
 
-// Without noise the constants come back to what the search's tolerance leaves.
+// Without noise the fit returns the constants within the tolerance of the search.
 TEST(FitLaw, FindsALawAgainFromItsOwnCurves) {
   const HyperLaw truth{.name = "", .terms = {{4e4, 1.4}, {5e3, 5.5}, {8e3, -2.2}}};
   const LawFit fit = FitLaw(Family("ogden-3"), ThreeTests(truth));
@@ -64,8 +64,8 @@ TEST(FitLaws, NeverOfferAnUnstableLawBeforeAStableOne) {
   }
 }
 
-// Neo-Hookean data need no second term: whatever else is offered has no modulus that may be zero.
-// Yeoh's law with a middle power of zero is found without it.
+// Neo-Hookean data need no second term: no selected law has a modulus that may be zero. Yeoh's law
+// whose second modulus is zero is found without that term.
 TEST(FitLaws, DropWhatMayBeZero) {
   const HyperLaw neo{.name = "", .terms = {{3e4, 2}}};
   std::vector<std::string> dropped;
@@ -99,7 +99,7 @@ TEST(AtRest, IsByHowMuchTheTestsBeginOffTheLaw) {
   EXPECT_EQ(FindAtRest(law, {noisy}).excess(), 0);
 }
 
-// G (l - 1 / l^2) against 3 G (l - 1): a tenth apart at l = 0.9066 and 1.1036.
+// G (l - 1 / l^2) and 3 G (l - 1) differ by a tenth at l = 0.9066 and 1.1036.
 TEST(LinearRange, IsThatOfTheNeoHookeanLaw) {
   const auto [low, high] = LinearRange({.name = "", .terms = {{3e4, 2}}});
   EXPECT_NEAR(low, 0.9066 - 1, 0.006);

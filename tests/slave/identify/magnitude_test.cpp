@@ -1,4 +1,4 @@
-// Which numbers of a test no soft solid has.
+// Tests the limits beyond which the numbers of a material test cannot be those of a soft solid.
 #include "slave/identify/magnitude.h"
 
 #include <gmock/gmock.h>
@@ -49,7 +49,7 @@ TEST(Magnitude, OfRareSolidsIsAcceptedWithARemarkWhereTheUnitIsNamed) {
   }
 }
 
-// Each limit alone: the other numbers are those of a solid.
+// Tests each limit alone, with plausible other numbers.
 TEST(Magnitude, OfWrongUnitsIsRejectedWithTheOptionsThatGiveThem) {
   EXPECT_THAT(Complaint(9, 1.3), HasSubstr("Young's modulus [Pa] 9: expected 10 to 1e12"));
   EXPECT_THAT(Complaint(1.1e12, 1.001), HasSubstr("Young's modulus"));

@@ -50,8 +50,8 @@ TEST(MaterialTest, WhatNoIsotropicLawDoesIsNamed) {
             std::string::npos);
 }
 
-// Yeoh's law with a falling second modulus softens until it gives way; terms of positive moduli
-// never do.
+// Yeoh's law with a negative second modulus softens until it becomes unstable; terms with positive
+// moduli never do.
 TEST(Stability, IsSeenAndNamed) {
   const HyperLaw stable{.name = "ogden", .terms = {{500, 12}, {100, -20}}};
   EXPECT_EQ(FirstInstability(stable, 0.3, 4), "");

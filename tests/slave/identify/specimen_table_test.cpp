@@ -1,4 +1,4 @@
-// Tables as machines and people write them, and what is wrong with some.
+// Tables as written by machines and people, including faulty ones.
 #include "slave/identify/specimen_table.h"
 
 #include <algorithm>
@@ -133,7 +133,7 @@ TEST_F(TestTable, ATestThatIsUnloadedToTheEndKeepsItsBeginning) {
   EXPECT_TRUE(test.remarks.empty());
 }
 
-// Words and numbers above the header, a column of words, cells that nobody needs.
+// Text and numbers above the header, a column of text, unused cells.
 TEST_F(TestTable, RemarksAndOtherColumnsAreReadPast) {
   const MaterialTest test =
       Read("tension",
@@ -147,7 +147,7 @@ TEST_F(TestTable, RemarksAndOtherColumnsAreReadPast) {
   EXPECT_FALSE(Read("tension", "stretch,stress\n1,0\n1.1,1\n1.2,2\n1.3,3\n").units_named);
 }
 
-// Reference: what a silicone of 1.96e-3 m^2 and 30 mm says in other units.
+// Reference: the same silicone specimen of 1.96e-3 m^2 and 30 mm in other units.
 TEST_F(TestTable, ColumnsThatContradictEachOtherAreRefused) {
   const auto table = [](const char* header, double force, double stress) {
     std::string text = std::string(header) + "\n";
@@ -292,7 +292,7 @@ TEST_F(TestTable, TheTravelOfAFirstRowWithoutALoadIsTakenOff) {
   const MaterialTest later = Read("compression", Travel(0.2, 196.3495 * 0.2 / 30), specimen);
   EXPECT_NEAR(later.rows.back().measured[0] / (later.rows.back().abscissa - 1), 1e5, 100);
   EXPECT_THAT(later.remarks, testing::IsEmpty());
-  // Half the load: it cannot be known which of both is off.
+  // Half the load: it is unknown which of the two is wrong.
   EXPECT_THAT(Read("compression", Travel(1, 196.3495 * 0.45 / 30), specimen).remarks,
               Contains(HasSubstr("which the table cannot tell")));
 }
@@ -344,7 +344,7 @@ TEST_F(TestTable, AClockThatRunsBackIsRemarked) {
               Contains(HasSubstr("the time runs back in line 6")));
 }
 
-// As instruments write it: a row of units with some that no column needs.
+// As written by instruments: a row of units, including units of unused columns.
 TEST_F(TestTable, ARowOfUnitsBelowTheNamesIsNoRowOfNames) {
   const std::string head =
       "Step time\tTemperature\tStress\tShear strain\tRelaxation modulus\n"

@@ -19,11 +19,12 @@ constexpr double kStep = 0.002;                           // of the watchdog [s]
 constexpr double kExact = 1e-9;                           // [m]
 const Vector3d kOutward(0, 1, 0);
 
-// What must be true of every place that is commanded to the arm.
+// Rules for every position that is commanded to the arm.
 struct Rules {
   bool is_stopped = false, is_faulty = false, operates = false;
-  bool is_guarded = false;  // a guard was reached, and nobody knows that it fell
-  double unknown_for = 0;   // the force [s]
+  // A guard was reached, and it is not known to have fallen below its limit.
+  bool is_guarded = false;
+  double unknown_for = 0;  // the force [s]
 };
 
 class CheckedArm final : public Manipulator {
@@ -60,7 +61,7 @@ class CheckedArm final : public Manipulator {
   [[nodiscard]] const std::string& complaint() const { return complaint_; }
   [[nodiscard]] std::optional<Vector3d> target() const { return target_; }
 
-  bool by_operator = false;  // commands it now; else the port itself, on its retreat
+  bool by_operator = false;  // the operator commands the arm; otherwise the port retreats
 
  private:
   const Rules* rules_;
@@ -172,7 +173,7 @@ class Sequence {
     const double estimate = contact_.force ? contact_.force->norm() : 0;
     const double force = std::max(estimate, contact_.force_by_now);
     const double depth = std::max(contact_.depth, contact_.depth_by_now);
-    // Where the guard does not end, it is evaluated at a twentieth less.
+    // While the guard is active, its limits are reduced by 5 %.
     if (force > kForceGuard || depth > kDepthGuard) {
       rules_.is_guarded = true;
     } else if (contact_.force && force <= 0.95 * kForceGuard && depth <= 0.95 * kDepthGuard) {
@@ -180,7 +181,7 @@ class Sequence {
     }
     rules_.unknown_for = contact_.force ? 0 : rules_.unknown_for + kStep;
   }
-  // As an honest hand moves on, for a while.
+  // Moves as a normal operator does, for a while.
   void Lead() {
     const bool engages = choices_.Byte() % 4 == 0;
     const bool is_engaged = choices_.Byte() % 8 != 0;
@@ -245,7 +246,7 @@ class Sequence {
   Time now_ = Time{} + Seconds(100);
   Vector3d hand_{0, 0, 0};
   std::uint64_t sequence_ = 0;
-  std::uint32_t largest_epoch_ = 0;          // that the port has reported
+  std::uint32_t largest_epoch_ = 0;          // largest epoch that the port has reported
   std::uint32_t last_epoch_ = 0;             // used up by a stop
   bool is_open_ = false;                     // the clutch was, since
   std::uint32_t followed_epoch_ = 0;         // of the last motion

@@ -6,8 +6,8 @@
 
 namespace palpate {
 
-// Throws std::logic_error if the arm receives a target while it must be held, farther or deeper
-// than allowed, or by another scale than the engagement's.
+// Throws std::logic_error if the arm receives a target while it must be held, a target that is
+// farther or deeper than allowed, or one with another scale than the engagement's.
 void RunArm(Choices choices);
 
 }  // namespace palpate

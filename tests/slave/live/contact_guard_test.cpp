@@ -35,7 +35,7 @@ TEST_F(GuardedPortTest, ADepthBeyondTheGuardRetractsToTheSurfaceWhereTheSceneSay
   Use({.max_speed = 0.020, .depth_guard = 2e-3, .guard_retracts = true});
   Press(0.1, Pushing(1, 1.9e-3));
   EXPECT_EQ(phase(), Phase::kFollowing);
-  arm_.moves = false;  // it takes its time
+  arm_.moves = false;  // the arm does not move yet
   const double deepest = arm_.Tip().y();
   Press(0.004, Pushing(1, 2.1e-3));
   EXPECT_EQ(phase(), Phase::kHold);
@@ -46,7 +46,7 @@ TEST_F(GuardedPortTest, ADepthBeyondTheGuardRetractsToTheSurfaceWhereTheSceneSay
   EXPECT_EQ(arm_.holds(), holds) << "it goes on back, whatever the operator says";
 }
 
-// A hand trembles: 0.3 mm between its ends are less than 20 mm/s bring in 20 ms.
+// Tremor of 0.3 mm peak to peak is less than the 0.4 mm that 20 mm/s gives in 20 ms.
 TEST_F(GuardedPortTest, ATremblingHandDrawsTheToolOutOfAGuard) {
   Use({.max_speed = 0.020, .force_guard = 2});
   const ContactState heavy = Pushing(2.1);
@@ -65,7 +65,7 @@ TEST_F(GuardedPortTest, ATremblingHandDrawsTheToolOutOfAGuard) {
   EXPECT_EQ(phase(), Phase::kHold) << "who presses on engages anew";
 }
 
-// Who hovers where it was reached would end an epoch at each tremble.
+// An operator who stays near the guard's position would end an epoch with each tremor.
 TEST_F(GuardedPortTest, AGuardFallsABitBelowWhereItIsReached) {
   Use({.max_speed = 0.020, .force_guard = 2});
   const auto feel = [this](double force) {
@@ -100,8 +100,8 @@ TEST_F(GuardedPortTest, WhatTheToolFeelsByNowCountsToo) {
   EXPECT_EQ(phase(), Phase::kHold);
 }
 
-// Between two checks the arm goes wherever the last command led. By the local model that is never
-// far beyond a guard: 2 mm, or 2 N at 1 N/mm.
+// Between two checks the arm moves to the last commanded position. According to the local model
+// this is never far beyond a guard: 2 mm, or 2 N at 1 N/mm.
 TEST_F(GuardedPortTest, ALateCheckLetsTheToolGoLittleBeyondAGuard) {
   struct Case {
     ManipulatorOptions limits;
@@ -174,7 +174,7 @@ class RetreatTest : public GuardedPortTest {
   void Watch(double seconds, const ContactState& contact) {
     for (double t = 0; t < seconds; t += 0.002) guarded_->Watch(now_ += Seconds(0.002), contact);
   }
-  // By how far the tool came out of where it was deepest [m].
+  // Distance of the tool from its deepest position, outwards [m].
   double Out() const { return arm_.Tip().y() - deepest_; }
   void LetGo() { Send(Next({0, y_, 0}, false, epoch_)); }
 
@@ -198,7 +198,7 @@ TEST_F(RetreatTest, AFaultDelaysItAndLocksNobodyOut) {
   EXPECT_NEAR(Out(), 3e-3, 1e-9) << "whoever engages anew leads it";
 }
 
-// It counts from another place: what was out for the last one is 30 mm deeper for this one.
+// Its origin is different: a position outside for the last driver is 30 mm deeper for this one.
 TEST_F(RetreatTest, AnotherDriverIsNotLedByThePlacesOfTheLast) {
   arm_.moves = false;
   Watch(0.01, heavy_);

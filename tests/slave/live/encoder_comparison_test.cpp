@@ -38,8 +38,8 @@ class EncoderComparisonTest : public testing::Test {
     }));
     return seen;
   }
-  // Part of `seen` in which no check fails and the tip is at `p_S`. On a busy machine images are
-  // stale, or the manipulator's driver is silent.
+  // Returns the fraction of `seen` in which no check fails and the tip is at `p_S`. On a busy
+  // machine some images are stale, or the manipulator's driver is silent.
   static double ShareAt(const std::vector<SlaveState>& seen, const Eigen::Vector3d& p_S) {
     const auto is_right = [&](const SlaveState& state) {
       const bool passes =
@@ -50,7 +50,8 @@ class EncoderComparisonTest : public testing::Test {
            static_cast<double>(seen.size());
   }
   static constexpr std::size_t kImages = 90;
-  static constexpr std::size_t kUndecided = 20;  // images until it is known what moves
+  // Images until it is known whether object or tool moves.
+  static constexpr std::size_t kUndecided = 20;
 };
 
 // Taken for the camera's, the object's motion would move the tip by as much, up to 2 mm.
@@ -58,7 +59,7 @@ TEST_F(EncoderComparisonTest, AToolAtRestBesideAnObjectThatMovesStaysValidWhereI
   const Scene scene = Block({"site.motion={amplitude: [0 mm, 2 mm], period: 4 s}"});
   const auto slave = MakeLiveSlave(scene);
   const SimulatedDevices devices(scene, slave.get());
-  // The first image shows the object anywhere on its way, and the tip is measured relative to it.
+  // In the first image the object may be anywhere on its path; the tip is measured relative to it.
   Watch(slave.get(), kUndecided);
   const std::vector<SlaveState> seen = Watch(slave.get(), kImages);
   const Eigen::Vector3d p_S_tip = seen[kImages / 2].p_S_tip;
@@ -103,7 +104,7 @@ TEST_P(BumpedCameraTest, TrackingComesBackAfterOneCall) {
 }
 INSTANTIATE_TEST_SUITE_P(BothWays, BumpedCameraTest, testing::Values(50, -60));
 
-// One image a second is tried, and the alarm says that it failed.
+// One image per second is tried, and the alarm reports that it failed.
 TEST_F(EncoderComparisonTest, TrackingThatCannotBeginAgainIsAnAlarmUntilItDoes) {
   const Scene scene = Block({});
   const auto slave = MakeLiveSlave(scene);

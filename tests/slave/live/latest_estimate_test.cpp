@@ -68,7 +68,7 @@ TEST_F(OperatorPortTest, AStateIsNotSentBeforeItsSampleWasTaken) {
             estimate.sensed_at + std::chrono::milliseconds(1));
 }
 
-// A tip that was lost in contact, or a camera that was moved, must not refuse settings for ever.
+// A tip that was lost in contact, or a moved camera, must not block a change of settings for ever.
 TEST(LatestEstimateTest, AContactThatACheckContradictsIsNotSure) {
   LatestEstimate newest(kRate, Eigen::Vector3d::Zero());
   ContactEstimate estimate;
@@ -99,7 +99,7 @@ TEST(LatestEstimateTest, NoKindOfAlarmCrowdsOutAnother) {
               ElementsAre("presses are 20 mm deep (raised 20 times)", "the stop is not saved"));
 }
 
-// It is rarely checked, because nobody reads.
+// It is rarely checked, because no client reads.
 TEST(LatestEstimateTest, ARestIsNoSilence) {
   const SlaveStatus status = StatusAfter(10, 20);
   EXPECT_EQ(status.validity, Validity::kValid);

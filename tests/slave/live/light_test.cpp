@@ -1,5 +1,5 @@
-// Latency from the light on: a lamp whose switching follows from the clock lights the camera's
-// images. The test compares it with the traces' time of each image.
+// Tests the latency measured from the light: a lamp that is switched at known times lights the
+// camera's images. The test compares these times with the traces' exposure time of each image.
 #include <algorithm>
 #include <cmath>
 #include <vector>
@@ -54,9 +54,9 @@ std::vector<Sighting> Watch(Slave* slave) {
   return seen;
 }
 
-// Reference: the lamp, by the clock. A stamp of another image - the one before, say - would be
-// wrong for one in three; a busy machine that stops a thread between stamp and exposure may make a
-// few so.
+// Reference: the switching times of the lamp. A timestamp of another image (such as the previous
+// one) would be wrong for one image in three. A busy machine that stops a thread between timestamp
+// and exposure may cause a few errors.
 TEST(LightTest, ATraceSaysWhenTheLightWasThatItsImageShows) {
   const Scene scene = LoadScene(SourcePath("/deploy/scenes/silicone-block.yaml"),
                                 {"model.elements=60", "site.lamp=50 ms", "site.flicker=0"});

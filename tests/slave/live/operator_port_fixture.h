@@ -1,4 +1,4 @@
-// The operator port over an arm that reaches its targets at once.
+// The operator port with an arm that reaches its targets at once.
 #pragma once
 
 #include <cstdint>

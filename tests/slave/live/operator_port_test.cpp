@@ -55,8 +55,8 @@ TEST_F(OperatorPortTest, RotationsFollowRelativeToTheEngagementInTheFrameOfTheSl
   }
 }
 
-// Law: whatever the device does while the clutch is open, or in another epoch, letting go and
-// engaging neither moves nor turns the slave.
+// Law: releasing and engaging neither move nor rotate the slave, whatever the device does while the
+// clutch is open or in another epoch.
 TEST_F(OperatorPortTest, ClutchingNeitherMovesNorTurnsTheSlave) {
   Dice dice(11);
   arm_.rotation = AnyRotation(&dice);
@@ -68,7 +68,7 @@ TEST_F(OperatorPortTest, ClutchingNeitherMovesNorTurnsTheSlave) {
     const Eigen::Quaterniond rotation = *arm_.rotation;
     const bool clutches = dice.Chance(0.3);
     OperatorCommand command;
-    if (clutches) {  // the hand goes anywhere, with or without commands
+    if (clutches) {  // the device moves anywhere, with or without commands
       if (dice.Chance(0.5)) Send(Next(p_M, false, epoch));
       if (dice.Chance(0.2)) Wait(dice.Between(0.01, 0.5));
       p_M = {dice.Normal(), dice.Normal(), dice.Normal()};
@@ -215,7 +215,8 @@ TEST_F(OperatorPortTest, CommandsThatCannotBeAreRefusedAndHoldTheTool) {
   }
 }
 
-// As the .proto has it: an epoch begins with an engagement, so before the first there may be none.
+// According to the .proto an epoch begins with an engagement, so there may be none before the
+// first.
 TEST_F(OperatorPortTest, AnOpenClutchNeedsNoEpochAndHoldsInAny) {
   EXPECT_TRUE(Send(Next({0, 0, 0}, false, 0)));
   EXPECT_EQ(port_.view().phase, Phase::kClutched);
@@ -264,7 +265,8 @@ TEST_F(GuardedPortTest, ALeapBeyondTheArmIsRefusedAndNeedsANewEngagement) {
   EXPECT_FALSE(Send(Next({0, -99, 0}, true, 2))) << "100 m are a number, and no place";
 }
 
-// Whoever opens an epoch before each step moves nothing either, nor whoever comes again.
+// A client that opens an epoch before each step does not move the arm either, nor does one that
+// reconnects.
 TEST_F(GuardedPortTest, AnUnknownForceHoldsTheToolWhateverTheEpochOrLease) {
   Press(0.240, {std::nullopt});
   EXPECT_EQ(phase(), Phase::kFollowing);
@@ -291,7 +293,8 @@ TEST_F(GuardedPortTest, AnUnknownForceHoldsTheToolWhateverTheEpochOrLease) {
   EXPECT_EQ(phase(), Phase::kFollowing) << "a known force lets the tool follow again";
 }
 
-// The way down is dead, the way up is not: commands come that acknowledge no newer state.
+// The link from the slave to the master has failed, the other direction works: commands arrive that
+// acknowledge no newer state.
 TEST_F(GuardedPortTest, AnOperatorWhoFeelsNothingIsHeld) {
   const auto tell = [this](std::uint64_t state) {
     OperatorCommand command = Next({0, 0, 0}, true, epoch_);
@@ -314,8 +317,8 @@ TEST_F(GuardedPortTest, AnOperatorWhoFeelsNothingIsHeld) {
   EXPECT_EQ(phase(), Phase::kHold) << "a long one needs an act";
 }
 
-// Images define S: with encoders that are off by a constant, targets still mean what images
-// see.
+// Images define S: with a constant offset of the encoders, targets are still positions in the
+// images.
 TEST_F(OperatorPortTest, TargetsAreGivenInTheFrameOfTheImages) {
   const Vector3d off(0.001, -0.002, 0);
   port_.SetRegistration(off);

@@ -36,8 +36,8 @@ TEST_F(StopRecordFileTest, OutlivesTheProcess) {
   EXPECT_FALSE(StopRecord().KeepIn(folder_));
 }
 
-// The folder is gone, its disk full: the stop stays all the same, and outlives the process as soon
-// as it can.
+// The folder is missing or its disk is full: the stop stays active, and its record is written as
+// soon as possible.
 TEST_F(StopRecordFileTest, IsKeptAsSoonAsItCanBe) {
   StopRecord record;
   record.set_again(std::chrono::milliseconds(5));
@@ -55,7 +55,7 @@ TEST_F(StopRecordFileTest, IsKeptAsSoonAsItCanBe) {
   EXPECT_FALSE(StopRecord().KeepIn(folder_)) << "and is over when it is over";
 }
 
-// A disk that could not take the record cannot remove one either, and has none: the stop can end.
+// If the record could not be written there is nothing to remove: the stop can be reset.
 TEST_F(StopRecordFileTest, AStopThatCouldNotBeSavedEndsWithoutAFile) {
   StopRecord record;
   EXPECT_FALSE(record.KeepIn(folder_));
@@ -66,7 +66,7 @@ TEST_F(StopRecordFileTest, AStopThatCouldNotBeSavedEndsWithoutAFile) {
   EXPECT_FALSE(record.is_active());
 }
 
-// A file that somebody else made stops, too, whatever it holds.
+// A file made by another program also stops the tool, whatever its content.
 TEST_F(StopRecordFileTest, AFileWithoutAReasonStops) {
   std::ofstream(folder_ / "emergency-stop") << std::string(100000, 'x');
   StopRecord record;

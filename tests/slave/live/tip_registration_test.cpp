@@ -23,7 +23,7 @@ TEST(TipRegistrationTest, AMovingToolTeachesNothing) {
   EXPECT_EQ(registration.offset(), Vector3d::Zero());
 }
 
-// Noise of +-e alternating averages out below e / 32 once the memory is full.
+// Alternating noise of +-e averages out to below e / 32 once the filter's memory is full.
 TEST(TipRegistrationTest, NoiseAveragesOut) {
   TipRegistration registration(1e-5);
   const double e = 1e-5;

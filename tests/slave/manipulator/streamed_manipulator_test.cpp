@@ -197,12 +197,12 @@ TEST_F(StreamedManipulatorTest, AnEmergencyStopIsReportedToTheDriverAndOutlivesA
   EXPECT_EQ(arm_.Aim(test_time).motion, Motion::kHold);
 }
 
-// The commanded place is ahead of the arm: what is held is where the arm is.
+// The commanded position is ahead of the arm: the arm is held at its own position.
 TEST_F(StreamedManipulatorTest, HoldingIsWhereItWasMeasuredAndDoesNotCreep) {
   Drive(0.1);
   ASSERT_TRUE(arm_.Command({0.05, 0, 0}));
   Drive(0.2);
-  const Vector3d measured = tip_ - Vector3d(3e-4, 0, 0);  // it gives way
+  const Vector3d measured = tip_ - Vector3d(3e-4, 0, 0);  // the arm yields
   Pass(kPeriod);
   ASSERT_EQ(Report(measured), std::nullopt);
   arm_.Hold();

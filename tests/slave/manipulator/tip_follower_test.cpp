@@ -52,8 +52,7 @@ TEST(TipFollower, NeverMovesFasterThanTheLimitNorOvershoots) {
   EXPECT_NEAR(follower.tip().x(), 0.1, 1e-9);
 }
 
-// Reference: the closed solution does not depend on how time is cut once the reference is
-// still.
+// Reference: the closed solution does not depend on the time steps once the target is constant.
 TEST(TipFollower, AnyStepIsStableAndEndsInTheSamePlace) {
   for (const double dt : {1e-6, 1e-3, 0.1, 10.0, 1e9}) {
     TipFollower follower(Options());

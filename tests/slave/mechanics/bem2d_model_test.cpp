@@ -14,14 +14,14 @@ namespace {
 using Eigen::Vector2d;
 
 constexpr Bem2dModel::Params kSilicone{.young_modulus = 127e3, .thickness = 9e-3};
-constexpr int kTop = 37;  // the middle of the top side of a block of 60 elements
+constexpr int kTop = 37;  // element at the centre of the top side of a block of 60 elements
 
 ReferenceProblem Silicone(int elements = 60) {
   return bodies::Block(elements, 0.088, 0.49, Plane::kStress);
 }
 
-// Reference: the same block with elements twelve times shorter. What is valid is within the tenth
-// and the estimate's own 4 %.
+// Reference: the same block with elements twelve times shorter. A valid answer is within 10 % plus
+// the 4 % of the estimate.
 TEST(Bem2dModel, AToolThatElementsAreTooLongForIsExtrapolated) {
   Bem2dModel fine(Silicone(720), kSilicone), coarse(Silicone(60), kSilicone);
   int valid = 0, flagged = 0;
@@ -43,8 +43,8 @@ TEST(Bem2dModel, AToolThatElementsAreTooLongForIsExtrapolated) {
 }
 
 // Reference: without friction, traction and force of a contact are parallel. The sum of the
-// vertices' traction, times their parts of the boundary, is the force. There is no traction
-// elsewhere, not even on the support.
+// vertices' tractions, times their shares of the boundary, is the force. There is no traction
+// elsewhere, not even on the supports.
 TEST(Bem2dModel, TractionOnTheVerticesAddsUpToTheForceOfTheTool) {
   Bem2dModel::Params params = kSilicone;
   params.contact = ContactLaw::kFrictionless;
@@ -119,8 +119,8 @@ TEST(Bem2dModel, AChangedContactSetIsNoticed) {
   expect_fresh("kind");
 }
 
-// Out of the plane, a load on a fixed element; and frictionless contacts alone, which leave a free
-// body able to slide: no answer, rather than a wild one.
+// A contact out of the plane, a load on a fixed element, and frictionless contacts alone on a body
+// without supports, which can slide: the model returns a failure instead of an arbitrary answer.
 TEST(Bem2dModel, WhatHasNoAnswerFails) {
   const auto expect_failure = [](Bem2dModel& model, const std::vector<Contact>& contacts) {
     EXPECT_EQ(bodies::Respond(model, contacts).front().validity, Validity::kFailed);
@@ -186,7 +186,7 @@ TEST(Bem2dModel, AllAroundPrescribedIsRefusedWhereIncompressible) {
   EXPECT_LT(responses[0].force_O.norm(), 1e-9 * kSilicone.young_modulus * kSilicone.thickness);
 }
 
-// One moves, one comes, one goes. Reference: a fresh model.
+// One contact moves, one begins, one ends. Reference: a fresh model.
 TEST(Bem2dModel, ContactsComeMoveAndGoWithoutAllocating) {
   for (const ElementOrder order : {ElementOrder::kConstant, ElementOrder::kLinear}) {
     ReferenceProblem problem = Silicone(160);

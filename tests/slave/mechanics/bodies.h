@@ -23,7 +23,7 @@ inline ReferenceProblem Block(int elements, double side = 1, double nu = 0.45,
   return problem;
 }
 
-// Nothing holds it.
+// Returns the problem of the body without supports.
 inline ReferenceProblem Free(const BoundaryMesh& mesh, double nu, Plane plane) {
   return {mesh, std::vector<std::array<bool, 2>>(mesh.elements.size(), {false, false}), nu, plane};
 }

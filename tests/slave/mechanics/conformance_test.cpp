@@ -1,5 +1,5 @@
-// What every deformation model owes its callers (deformation_model.h). A kind joins by one line in
-// Kinds().
+// Tests the requirements of deformation_model.h with every kind of model. A new kind is added by
+// one line in Kinds().
 #include <algorithm>
 #include <cmath>
 #include <functional>
@@ -58,7 +58,7 @@ void PrintTo(const Kind& kind, std::ostream* out) {
 
 struct Cube {
   SolidMesh mesh;
-  HeldNodes held;  // its bottom
+  HeldNodes held;  // supports: the bottom
 };
 Cube MakeCube(double size) {
   const SolidMesh mesh = MeshBox({size, size, size}, {4, 4, 4});
@@ -279,7 +279,7 @@ TEST_P(LinearConformance, ForcesSuperpose) {
   }
 }
 
-// By a displacement or by the load that it needs.
+// A contact by a displacement, or by the load that causes it.
 TEST_P(LinearConformance, ADisplacementBeyondTheRangeIsExtrapolated) {
   const Model model = Make();
   for (const double share : {0.9, 1.1}) {
@@ -423,8 +423,9 @@ TEST_P(Conformance, RepeatedAnswersAllocateNothing) {
   EXPECT_EQ(AllocationCount(), before);
 }
 
-// Law: without friction there is no traction across the normal, so that a slanted displacement does
-// what its part along the normal does. A node, the middle of an edge of an element and a disc.
+// Law: without friction there is no tangential traction, so that an oblique displacement has the
+// same effect as its component along the normal. Tested for a node, the midpoint of an element's
+// edge and a disc.
 class FrictionlessConformance : public Conformance {};
 
 TEST_P(FrictionlessConformance, ContactsPushAlongTheNormalOnly) {

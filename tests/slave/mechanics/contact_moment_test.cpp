@@ -38,14 +38,14 @@ ContactResponse Punch(Bem2dModel& model, double x, double width, const Vector2d&
   return bodies::Respond(model, {contact})[0];
 }
 
-// Reference: the same bonded flat punch with at least six times as many elements. Places between
-// the middle and half a width from the corner, on and between the ends of elements.
+// Reference: the same bonded flat punch with at least six times as many elements. Places are
+// between the centre and half a width from the corner, at and between the ends of elements.
 TEST(ContactMoment, OfABondedFlatPunchIsWithin5PercentOfForceTimesWidth) {
   Bem2dModel& fine = Block(1440, ElementOrder::kConstant);
   int eccentric = 0;
   for (const double width : {5.9e-3, 12e-3}) {
     for (const double x : {0.0441, 0.03, 0.017, 0.0098, 0.0063}) {
-      if (x < width / 2) continue;  // it would reach around the corner
+      if (x < width / 2) continue;  // the punch would extend around the corner
       for (const Vector2d& moved : {Vector2d(0, -1e-3), Vector2d(5e-4, -1e-3)}) {
         const ContactResponse should = Punch(fine, x, width, moved);
         ASSERT_TRUE(should.moment_O);
@@ -117,8 +117,8 @@ ContactResponse Query(DeformationModel& model, const Contact& contact) {
   return response;
 }
 
-// Reference: fem-green with a third of the edge length. The disc lies whole on the top, or reaches
-// over its edge. What is flagged is not compared.
+// Reference: fem-green with a third of the edge length. The disc lies completely on the top or
+// extends over its edge. Flagged answers are not compared.
 TEST(ContactMoment, OfADiscOnASolidIsWithin5PercentOfForceTimesWidth) {
   const auto fine = Cube("fem-green", 24, false);
   int valid = 0;
@@ -145,7 +145,7 @@ TEST(ContactMoment, OfADiscOnASolidIsWithin5PercentOfForceTimesWidth) {
       EXPECT_LT(off, 0.05 * scale) << mesh.kind << " " << p_O.transpose();
       EXPECT_LT(off, 3 * is.moment_sigma) << mesh.kind << " " << p_O.transpose();
     }
-    // Law: an even load acts at the centroid of the part of the disc that lies on the surface.
+    // Law: a uniform load acts at the centroid of the part of the disc that lies on the surface.
     const Vector3d load(0, 0, -1e-3);
     const ContactResponse whole = Query(*model, contacts::Push({0.71, 0.5, 1}, load, 0.4));
     ASSERT_TRUE(whole.moment_O);

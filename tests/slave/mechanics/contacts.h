@@ -1,4 +1,4 @@
-// Contacts, and what models answer to them.
+// Contacts and the answers of models.
 #pragma once
 
 #include <vector>

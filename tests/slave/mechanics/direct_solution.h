@@ -38,7 +38,7 @@ struct DirectAnswer {
   std::vector<Eigen::Vector3d> force_O;         // per contact [N]
   std::vector<Eigen::Vector3d> mean_O;          // displacement per contact, weighted as a load [m]
 };
-// What a contact touches is taken from FindPlace and PatchAt.
+// The nodes of a contact come from FindPlace and PatchAt.
 DirectAnswer SolveDirectly(const Body& body, std::span<const Contact> contacts, bool frictionless);
 
 }  // namespace palpate

@@ -107,7 +107,7 @@ std::vector<Case> Cases() {
 Contacts Mixed(const Body& body) {
   const SurfaceMesh surface = SurfaceOf(body.mesh);
   const double side = Diagonal(body.mesh.nodes);
-  std::vector<int> far;  // triangles, well apart, away from what is held
+  std::vector<int> far;  // triangles far from each other and from the supports
   for (int t = 0; t < static_cast<int>(surface.triangles.size()); ++t) {
     bool apart = true;
     for (std::size_t n = 0; n < body.held.size(); ++n) {
@@ -129,7 +129,7 @@ Contacts Mixed(const Body& body) {
           Move(node(4), {-0.01 * side, 0.002 * side, 0.003 * side}, 0.25 * side)};
 }
 
-// Corners, middles of edges, discs and loads on the box.
+// Contacts at corners, midpoints of edges and discs, and loads on the box.
 Contacts OnTenNodes() {
   return {
       Move({0.06, 0.05, 0.04}, {1e-4, -2e-4, -3e-4}), Move({0, 0.05 / 6, 0.04}, {0, 1e-4, -2e-4}),
@@ -143,8 +143,8 @@ double Largest(const std::vector<Vector3d>& vectors) {
   return largest;
 }
 
-// Condition numbers are below 1e6: 1e-8 leaves two digits.
-// `free`: 1 for the components of forces that are compared.
+// Condition numbers are below 1e6, so a tolerance of 1e-8 has a margin of two digits. `free`: 1 for
+// the components of forces that are compared.
 void ExpectSame(DeformationModel& model, const Contacts& contacts, const DirectAnswer& expected,
                 const Vector3d& free = {1, 1, 1}) {
   constexpr double kTolerance = 1e-8;
@@ -202,8 +202,8 @@ TEST_P(DirectSolution, ContactsOfAllKindsGiveItsForcesAndField) {
   }
 }
 
-// A side that is fixed across only: a contact there prescribes what is free. How its support and
-// the contact share the force across is not determined.
+// A side is fixed in its normal direction only; a contact there prescribes the free components. The
+// distribution of the normal force between support and contact is not determined.
 TEST_P(DirectSolution, ASideThatIsFixedInOneComponentSlides) {
   for (std::size_t n = 0; n < body_.held.size(); ++n) {
     if (body_.mesh.nodes[n].y() == 0) body_.held[n][1] = true;

@@ -1,4 +1,4 @@
-// Contacts on boundary elements: what the capacitance of their nodes answers.
+// Tests contacts on boundary elements, which are solved by the capacitance matrix of their nodes.
 #include <algorithm>
 #include <string>
 #include <vector>
@@ -20,9 +20,9 @@ struct Moved {
   Vector2d displacement;  // [length units]
 };
 
-// Reference: the problem solved again with the moved elements among the held ones, whose Green's
-// functions give reactions to their displacements: nothing of the capacitance matrix in it.
-// Tolerance: two factorisations of condition 1e2..1e3 in double precision.
+// Reference: the problem is solved again with the moved elements as supports with prescribed
+// displacements; the capacitance matrix is not used. Tolerance: two factorisations of condition
+// 1e2..1e3 in double precision.
 void ExpectDirectSolution(const std::string& body, ReferenceProblem problem,
                           const std::vector<Moved>& moved) {
   for (const ElementOrder order :
@@ -79,7 +79,7 @@ TEST(ElementContacts, FiveHundredEqualThePatchTheyMakeUp) {
   Bem2dModel model(bodies::Block(680), {.young_modulus = 1e6, .thickness = 1});
   const auto& elements = model.greens_functions().problem().mesh.elements;
   const Vector2d moved(1e-3, -1e-3);
-  Contact patch = bodies::Move(425, moved);  // in the middle of the top
+  Contact patch = bodies::Move(425, moved);  // at the centre of the top
   patch.p_O.head<2>() = elements[425].a;
   patch.width = 3;  // three sides
   Solution solution;

@@ -56,8 +56,8 @@ ContactResponse LoadEnd(const Strip& strip, bool bends) {
   return response;
 }
 
-// Reference: Timoshenko's beam with E / (1 - nu^2) in plane strain; up to 30:1 quadratic elements,
-// because a held end makes short ones stiffer. What is valid is within 5 %.
+// Reference: Timoshenko's beam with E / (1 - nu^2) in plane strain; up to 30:1 also quadratic
+// elements, because the clamped end makes short strips stiffer. A valid answer is within 5 %.
 TEST(ElementError, AStripThatBendsIsWithinFivePerCentOrExtrapolated) {
   for (const ElementOrder order : kOrders) {
     int valid = 0, flagged = 0;
@@ -108,8 +108,8 @@ TEST(ElementError, AStripThatIsPressedIsWithinFivePerCentOrExtrapolated) {
   }
 }
 
-// Laws: the estimate does not depend on size or orientation. Poisson's ratio and the plane count,
-// but what is valid stays within 5 % of quadratic elements.
+// Laws: the estimate does not depend on size or orientation. It depends on Poisson's ratio and on
+// plane stress or strain, but a valid answer stays within 5 % of quadratic elements.
 TEST(ElementError, HoldsForOtherMaterialsSizesAndDirections) {
   for (const ElementOrder order : {ElementOrder::kConstant, ElementOrder::kLinear}) {
     for (const double nu : {-0.4, 0.3, 0.495}) {

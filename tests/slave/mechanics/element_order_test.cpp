@@ -1,5 +1,5 @@
-// Linear and quadratic elements against exact solutions: what each order represents exactly, and
-// how fast the rest converges.
+// Compares linear and quadratic elements with exact solutions: fields that each order represents
+// exactly, and the order of convergence for others.
 #include <cmath>
 #include <functional>
 #include <string>
@@ -101,8 +101,8 @@ struct Errors {
   double displacement = 0, traction = 0;  // largest, over the largest
 };
 
-// Prescribes the exact displacement at the held nodes and the exact traction at all others, and
-// compares what comes out for the rest.
+// Prescribes the exact displacement at the supported nodes and the exact traction at all others,
+// and compares the computed values.
 Errors ErrorsOf(const ReferenceProblem& problem, const Exact& exact) {
   const GreensFunctions greens(problem);
   const double unit = problem.mesh.length_unit;
@@ -153,8 +153,8 @@ std::string NameOf(const Material& m) {
 }
 
 // Reference: exact uniform stresses with a rigid motion, and pure bending, which quadratic elements
-// hold too. Tolerance: what the integrals and a system of condition 1e3 to 1e5 leave of double
-// precision.
+// represent, too. Tolerance: double precision with integration errors and a condition of 1e3 to
+// 1e5.
 TEST(ElementOrder, ElementsPassThePatchTestsOfTheirOrder) {
   const auto expect_exact = [](const Material& material, ElementOrder order, const Exact& exact,
                                const std::string& field) {
@@ -215,7 +215,7 @@ TEST(ElementOrder, SmoothFieldsConvergeWithTheTextbooksOrder) {
   }
 }
 
-// Reference: sources in both holes, the very fields that are lost with 1 - 2 nu.
+// Reference: sources in both holes, whose fields become inaccurate as 1 - 2 nu approaches zero.
 TEST(ElementOrder, BodiesWithHolesConvergeUpToNuOneHalf) {
   for (const double nu : {0.3, 0.4999, 0.5}) {
     const Material material{nu, Plane::kStrain};
@@ -230,10 +230,11 @@ TEST(ElementOrder, BodiesWithHolesConvergeUpToNuOneHalf) {
   }
 }
 
-// Reference: uniform tension of a square that nothing holds, u = p / E (x, -nu y) from its centre.
-// It is linear, so in reach of linear and quadratic elements; constant ones miss it by their own
-// error of some percent and in a corner by the half element between it and the midpoints. Inside,
-// where the corners count no more, the same elements in NumPy miss it by 0.3 %.
+// Reference: uniform tension of a square without supports, u = p / E (x, -nu y) from its centre.
+// Linear and quadratic elements represent this linear field exactly. Constant elements have an
+// error of a few percent, and in a corner an additional one from the half element between corner
+// and midpoint. Inside, where the corners have no influence, the same elements in NumPy have an
+// error of 0.3 %.
 TEST(ElementOrder, VerticesAndPlacesInsideMoveAsUniformTensionSays) {
   const double side = 0.1, nu = 0.3, E = 1e5, thickness = 0.01, pull = 100;
   for (const ElementOrder order : kOrders) {

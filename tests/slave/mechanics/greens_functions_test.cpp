@@ -16,7 +16,8 @@ namespace {
 TEST(GreensFunctions, CountTheRigidMotionsThatAreLeftFree) {
   ReferenceProblem problem = bodies::Block(40);
   EXPECT_EQ(GreensFunctions(problem).free_motions(), 0);
-  for (auto& held : problem.held) held[1] = false;  // x held along the bottom: y and turning remain
+  // X is fixed along the bottom: translation along y and rotation remain free.
+  for (auto& held : problem.held) held[1] = false;
   EXPECT_EQ(GreensFunctions(problem).free_motions(), 2);
   for (auto& held : problem.held) held = {false, false};
   EXPECT_EQ(GreensFunctions(problem).free_motions(), 3);

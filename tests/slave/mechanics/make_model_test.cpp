@@ -35,7 +35,7 @@ std::string RefusalOf(const Scene& scene) {
   return Thrown<std::invalid_argument>([&] { MakeModel(scene, MeshOutline(scene, std::nullopt)); });
 }
 
-// Those of the rectangle's 60 elements along the bottom, the longer side twice as long as the
+// The vertices along the bottom of a rectangle with 60 elements, whose longer side is twice the
 // other.
 TEST(HeldVertices, AreTheEndsOfWhatHoldsAnOutlineThePlaneOfAVolumeTheRimOfAMembrane) {
   const Scene block = BlockScene();

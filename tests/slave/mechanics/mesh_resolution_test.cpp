@@ -77,7 +77,7 @@ double HalfSpace(bool loaded, double width, double nu) {
   return 4 * G * a * std::log(3 - 4 * nu) / (1 - 2 * nu);
 }
 
-// On nodes, in the middle of a cell and of a triangle, between.
+// Places at nodes, at the centre of a cell and of a triangle, and between them.
 std::vector<Vector3d> PlacesOnTop(int n) {
   const double h = 1.0 / n, c = std::floor(0.5 * n) * h;
   return {{c, c, 1},
@@ -95,8 +95,8 @@ bool KnowsNarrowDiscs(const Kind& kind, bool loaded) {
   return kind.name == "fem-green tet10" || (kind.kind == "fem-green" && !loaded);
 }
 
-// A tool of 1 and 2 mm on the foam cube of 60 mm with cells of 10 mm: 2 to 21 times too stiff by
-// what the mesh has there.
+// A tool of 1 and 2 mm on the foam cube of 60 mm with cells of 10 mm: at this mesh density the
+// answer is 2 to 21 times too stiff.
 TEST(PatchResolution, ATouchThatIsNarrowerThanTheMeshIsExtrapolated) {
   for (const Kind& kind : Kinds()) {
     const int n = CellsOf(kind);
@@ -114,8 +114,8 @@ TEST(PatchResolution, ATouchThatIsNarrowerThanTheMeshIsExtrapolated) {
   }
 }
 
-// Reference: the half-space, whose disc is some thirty times narrower than the cube: it is within 5
-// % (measured: 3 %), where the mesh alone was up to 21 times too stiff.
+// Reference: the half-space, since the disc is some thirty times narrower than the cube. The error
+// is within 5 % (measured: 3 %); the mesh alone was up to 21 times too stiff.
 TEST(PatchResolution, ANarrowDiscIsAsStiffAsOnAHalfSpace) {
   for (const Kind& kind : Kinds()) {
     const int n = 6;
@@ -159,8 +159,9 @@ TEST(PatchResolution, ADiscOfManyNodesIsAsStiffAsTheTool) {
   }
 }
 
-// Reference: the same body with four times finer cells, whose discs are not narrow; along the
-// surface, too, where the whole body gives way with it. Both are within the estimate's tenth.
+// Reference: the same body with four times finer cells, on which the discs are not narrow; also for
+// displacements along the surface, where the whole body deforms. Both are within the estimate's 10
+// %.
 TEST(PatchResolution, ANarrowDiscOnACoarseMeshIsAsStiffAsOnAFineOne) {
   for (const Kind& kind : Kinds()) {
     if (!KnowsNarrowDiscs(kind, false)) continue;
@@ -179,8 +180,8 @@ TEST(PatchResolution, ANarrowDiscOnACoarseMeshIsAsStiffAsOnAFineOne) {
   }
 }
 
-// Where the body is no half-space on the scale of the mesh, the answer of the mesh is flagged as
-// ever.
+// Where the body is not like a half-space at the scale of the mesh, the answer of the mesh is
+// flagged as before.
 TEST(PatchResolution, ANarrowDiscByAnEdgeOnAThinPartOrBesideAnotherIsExtrapolated) {
   const double width = 1.0 / 60;
   for (const Kind& kind : Kinds()) {
@@ -198,7 +199,8 @@ TEST(PatchResolution, ANarrowDiscByAnEdgeOnAThinPartOrBesideAnotherIsExtrapolate
     cube->Respond(beside, both);
     EXPECT_EQ(both[0].flag_reason, kCoarsePatch) << kind.name;
     EXPECT_EQ(both[1].flag_reason, kCoarsePatch) << kind.name;
-    // It is answered by itself again once the other has gone, and as if that had never been.
+    // After the other contact has ended, the answer is the same as if that contact had never
+    // existed.
     const double alone = Query(*Make(kind, {.cells = {6, 6, 6}}), beside[0]).force_O.z();
     const ContactResponse again = Query(*cube, beside[0]);
     EXPECT_EQ(again.flag_reason, "") << kind.name;
@@ -236,11 +238,11 @@ TEST(PatchResolution, ANarrowDiscThatMovesAmongManyContactsIsAnsweredAsAlone) {
   }
 }
 
-// Reference: the half-space. Of a cube whose lower side is held it is within 3 % up to a third of a
-// side (the fixed bottom and the free sides nearly cancel: measured with 24 cells). What is valid
-// is within 10 % and the estimate's own 8 %; what is off by more than a quarter never is; of what
-// is within 5 % two thirds are valid; below two edges of ten-node tetrahedra it is chance (see
-// FewNodesUnderAToolAreRightOrExtrapolated).
+// Reference: the half-space. For a cube with a supported bottom it is accurate to 3 % up to a third
+// of a side (the effects of the fixed bottom and the free sides nearly cancel: measured with 24
+// cells). A valid answer is within 10 % plus the estimate's own 8 %; an answer with an error above
+// a quarter is never valid; of the answers within 5 %, two thirds are valid; below two edges of
+// ten-node tetrahedra the error is random (see FewNodesUnderAToolAreRightOrExtrapolated).
 TEST(PatchResolution, IsJudgedAsTheHalfSpaceDoes) {
   for (const Kind& kind : Kinds()) {
     const bool is_slow = kind.name.ends_with("tet10");
@@ -270,7 +272,8 @@ TEST(PatchResolution, IsJudgedAsTheHalfSpaceDoes) {
 }
 
 // Laws: a body that keeps its volume does not hold a disc by sticking (Spence), nor by Poisson's
-// ratio (Mindlin); a disc that sticks is the stiffer one; under an even load the middle sinks more.
+// ratio (Mindlin); a bonded disc is stiffer; under a uniform load the centre has the larger
+// displacement.
 TEST(DiscCompliance, SticksSlidesAndSinksAsItMust) {
   EXPECT_NEAR(OfBondedDisc(0.5).normal, OfSlidingDisc(0.5).normal, 1e-12);
   EXPECT_NEAR(OfBondedDisc(0.5).across, (2 - 0.5) * 1.5 / 4, 1e-12);
@@ -287,8 +290,8 @@ TEST(DiscCompliance, SticksSlidesAndSinksAsItMust) {
   EXPECT_NEAR((around * Vector3d::UnitX()).norm(), OfEvenLoad(0.3).across, 1e-12);
 }
 
-// Reference: E A / L. The tool covers the end but for its corners, whose nodes it does not move: an
-// area that is a third smaller, of which the bar knows nothing a thickness away.
+// Reference: E A / L. The tool covers the end except its corners, whose nodes it does not move. The
+// loaded area is a third smaller, but this has no effect one thickness away from the end.
 TEST(PatchResolution, TheEndOfABarIsNoNarrowPatch) {
   for (const Kind& kind : Kinds()) {
     for (const double length : {4.0, 20.0}) {
@@ -303,9 +306,9 @@ TEST(PatchResolution, TheEndOfABarIsNoNarrowPatch) {
   }
 }
 
-// Reference: the half-space, within 3 % (see IsJudgedAsTheHalfSpaceDoes). What is valid under a
-// tool of 1.3 to 3 elements is within 10 % and that. Nine to 25 nodes of ten-node tetrahedra, whose
-// area is right, are up to 23 % off.
+// Reference: the half-space, within 3 % (see IsJudgedAsTheHalfSpaceDoes). A valid answer under a
+// tool of 1.3 to 3 elements is within 10 % in addition. Nine to 25 nodes of ten-node tetrahedra,
+// whose area is right, are up to 23 % off.
 TEST(PatchResolution, FewNodesUnderAToolAreRightOrExtrapolated) {
   int valid = 0, flagged = 0;
   for (const int n : {6, 8}) {
@@ -325,11 +328,12 @@ TEST(PatchResolution, FewNodesUnderAToolAreRightOrExtrapolated) {
   EXPECT_GT(flagged, 8);
 }
 
-// Reference: Timoshenko's beam, a unit square across, under an even load on its end, which gives
-// way by L^3 / 3 E I + L / (5/6 G A), and the bar, which gives way by L / E A. The support keeps
-// the end from narrowing: stiffer by 0.8 nu^2 / L in bending and 0.3 nu^2 / L pressed, which are
-// the limits of boundary elements on 5:1 with 4 and 6 triangles across (nu 0.3: 1.4 and 0.5 %; nu
-// 0.45: 3.3 and 1.3 %). What is valid is within 5 %; what is within 1 % is valid.
+// Reference: Timoshenko's beam, with a unit square as cross section, under a uniform load on its
+// end, with the compliance L^3 / 3 E I + L / (5/6 G A), and the bar with the compliance L / E A.
+// The support prevents lateral contraction: stiffer by 0.8 nu^2 / L in bending and 0.3 nu^2 / L
+// pressed, which are the limits of boundary elements on 5:1 with 4 and 6 triangles across (nu 0.3:
+// 1.4 and 0.5 %; nu 0.45: 3.3 and 1.3 %). A valid answer is within 5 %; an answer within 1 % is
+// valid.
 TEST(StrainResolution, ABeamWithTooFewElementsIsExtrapolated) {
   const std::vector<std::pair<int, int>> coarse{{1, 1},  {2, 1},  {3, 1},  {4, 1},  {5, 1}, {7, 1},
                                                 {10, 1}, {15, 1}, {20, 1}, {40, 1}, {1, 2}, {2, 2},

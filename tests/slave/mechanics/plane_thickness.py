@@ -1,5 +1,6 @@
 #!/usr/bin/env python3
-"""Plane models against a solid: the numbers of tool_domain_test.cpp, from bricks that share nothing with the product.
+"""Compares plane models with a solid: computes the reference values of tool_domain_test.cpp by bricks that are
+independent of the product.
 
 A block L x H x T is held at its bottom and pressed in the middle of its top by a rigid glued tool of width w, which reaches b
 through the thickness. Trilinear bricks with mean dilatation, graded to the tool's ends, a quarter by symmetry. The plane values are
@@ -11,7 +12,7 @@ from scipy.sparse.linalg import cg, spsolve
 
 
 def graded(length, edge, fine, growth=1.35, coarse=None):
-    """Points of [0, length], fine at `edge` (0 < edge <= length) on both sides and growing away from it."""
+    """Returns points from 0 to length, fine on both sides of `edge` (0 < edge <= length) and growing away from it."""
     coarse = coarse or length / 6
     def away(span):
         pts, h, x = [0.0], fine, 0.0
@@ -27,7 +28,8 @@ def graded(length, edge, fine, growth=1.35, coarse=None):
 
 
 def stiffness(xs, ys, zs, nu, tool, plane=None):
-    """Sum of the reactions under a quarter of the tool, by its displacement, E = 1. `plane`: stress or strain, of one layer."""
+    """Returns the sum of the reactions under a quarter of the tool divided by its displacement, E = 1. `plane`: stress
+    or strain, with one layer."""
     nx, ny, nz = len(xs), len(ys), len(zs)
     idx = np.arange(nx * ny * nz).reshape(nx, ny, nz)
     X = np.stack(np.meshgrid(xs, ys, zs, indexing="ij"), -1).reshape(-1, 3)
@@ -95,7 +97,7 @@ def stiffness(xs, ys, zs, nu, tool, plane=None):
 
 
 def ratios(L, H, T, w, b, nu, fine=0.08):
-    """K_stress / K and K_strain / K; `fine`: the bricks at the tool's ends, by its width."""
+    """Returns K_stress / K and K_strain / K. `fine`: length of the bricks at the tool's ends, relative to its width."""
     xs, ys = graded(L / 2, w / 2, fine * w, coarse=L / 10), graded(H, H, fine * w, coarse=H / 8)
     zs = graded(T / 2, b / 2, min(fine * w, T / 8), coarse=T / 8)
     solid = 4 * stiffness(xs, ys, zs, nu, (w / 2, b / 2))

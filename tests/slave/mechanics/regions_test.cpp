@@ -1,4 +1,4 @@
-// Parts of a volume with moduli of their own, in every kind that takes them.
+// Tests regions of a volume with other moduli, in every kind of model that supports them.
 #include <array>
 #include <string>
 #include <variant>
@@ -68,9 +68,9 @@ ContactResponse Press(const Scene& scene, const Contact& contact) {
 }
 
 // Between rollers a layered column is in uniaxial strain, which elements represent exactly: the
-// layers give way one after the other, K = A / sum(h / M), M = E (1 - nu) / ((1 + nu) (1 - 2 nu)).
-// The laws of large strains deviate by the strain, 1e-4 in the mean. The strains jump between the
-// layers, and no error of the mesh is found in that.
+// layers act as springs in series, K = A / sum(h / M), M = E (1 - nu) / ((1 + nu) (1 - 2 nu)).
+// Large-strain laws deviate by the strain, 1e-4 on average. The strain jumps between the layers,
+// which must not be reported as an error of the mesh.
 TEST(Regions, LayersOfAColumnGiveWayInSeries) {
   const double nu = 0.3, side = 0.01, height = 0.04, by = 1e-4 * height;
   const std::array moduli{kModulus, 5 * kModulus, kModulus, 0.2 * kModulus};
@@ -95,8 +95,8 @@ TEST(Regions, LayersOfAColumnGiveWayInSeries) {
   }
 }
 
-// A region of a modulus of its own against a body of that modulus cut the other way: what is the
-// region of one is the body of the other, so that both are the same object.
+// Two equal objects: in one the part is a region with another modulus, in the other the rest of the
+// body is the region.
 TEST(Regions, WhichPartIsTheRegionDoesNotMatter) {
   const Contact contact{.p_O = {0.02, 0.02, 0.02}, .prescribed_O = {0, 0, -1e-3}};
   for (const Kind& kind : kKinds) {
@@ -117,7 +117,8 @@ Scene InclusionScene(const Kind& kind) {
   return scene;
 }
 
-// Forces of a scan across an inclusion of 10 mm whose top is 5 mm deep, by the one farthest away.
+// Forces of a scan across an inclusion of 10 mm whose top is 5 mm deep, relative to the force
+// farthest away.
 std::vector<double> Contrast(const Scene& scene) {
   const auto model = MakeModel(scene, MeshObject(scene, std::nullopt));
   std::vector<double> force;
@@ -132,8 +133,8 @@ std::vector<double> Contrast(const Scene& scene) {
   return force;
 }
 
-// Reference: the law of large strains on the same mesh, whose force is no superposition. The bound
-// is relative to the contrast less one.
+// Reference: the large-strain law on the same mesh, which does not use superposition. The bound is
+// relative to the contrast minus one.
 TEST(Regions, AnInclusionRaisesTheForceAsInTheFullModel) {
   const auto truth = Contrast(InclusionScene({"fem", Law::kNeoHookean}));
   EXPECT_GT(truth.front(), 1.2);

@@ -1,6 +1,6 @@
-// The plate models under a rigid flat tool against sheets as solids: a neo-Hookean body whose face
-// is pushed, node by node, where it would else be inside the tool (slave/reference/membrane), which
-// shares nothing with the plates.
+// Compares the plate models under a rigid flat tool with solid sheets: a neo-Hookean body whose
+// surface nodes are pushed out of the tool one by one (slave/reference/membrane). It shares no code
+// with the plates.
 #include <cmath>
 #include <optional>
 
@@ -15,7 +15,7 @@ namespace {
 
 struct Drawn {
   double slenderness = 0, width = 0;  // t / a, by the diameter
-  double place = 0, depth = 0;        // by the radius, by the thickness
+  double place = 0, depth = 0;        // relative to the radius, relative to the thickness
 };
 
 // Halton's sequence: number `index` in `base`, in (0, 1).
@@ -55,8 +55,8 @@ ContactResponse Answer(const Scene& scene, const Drawn& drawn, double depth) {
              model.get(), &solution);
 }
 
-// Reference: the solid, good for 0.5 % on this mesh. The accepted error is model.tolerance: what is
-// farther off is flagged.
+// Reference: the solid, accurate to 0.5 % on this mesh. The accepted error is model.tolerance;
+// answers with a larger error must be flagged.
 TEST(RigidTool, ThirtyPressesAreWithinFivePerCentOfASolidOrFlagged) {
   int valid = 0, small_valid = 0;
   for (int index = 1; index <= 30; ++index) {

@@ -22,7 +22,7 @@ struct Measured {
   double stress, strain;                        // K_plane / K
 };
 
-// By bricks in space: plane_thickness.py.
+// Computed with hexahedra in 3D by plane_thickness.py.
 const std::vector<Measured> kMeasured{{0.49, 1, 0.05, 1. / 15, 1, 0.972, 1.308},
                                       {0.49, 1, 0.1, 1. / 15, 1, 0.956, 1.287},
                                       {0.49, 1, 0.2, 1. / 15, 1, 0.932, 1.256},
@@ -63,8 +63,9 @@ ContactResponse Valid() {
   return response;
 }
 
-// Reference: the bricks. An estimate is never below what they have, and not more than twice it and
-// four percent, so that thin bodies stay valid; a narrow tool is rated no better than a wide one.
+// Reference: the hexahedra. An estimate is never below their error, and at most twice their error
+// plus four percent, so that thin bodies stay valid. The estimate for a narrow tool is not lower
+// than for a wide one.
 TEST(ToolDomain, AnErrorIsNeverBelowThatOfASolid) {
   for (const Measured& at : kMeasured) {
     for (const auto& [plane, ratio] :
@@ -107,11 +108,12 @@ TEST(ToolDomain, ForcesAreFlaggedOutside) {
 }
 
 struct OnSheet {
-  double width, place, depth;  // by the diameter, the radius, the thickness
+  double width, place, depth;  // relative to the diameter, the radius, the thickness
   double excess;               // of plate-large
 };
 
-// By a neo-Hookean sheet of a / 40 under a rigid face: rigid_tool_test.cpp has the method.
+// Computed with a neo-Hookean sheet of thickness a / 40 under a rigid face; the method is in
+// rigid_tool_test.cpp.
 const std::vector<OnSheet> kOnSheets{
     {0.02, 0, 4, 0.061},    {0.02, 0.3, 4, 0.069},  {0.02, 0.5, 2, 0.041},   {0.02, 0.5, 4, 0.090},
     {0.02, 0.65, 1, 0.045}, {0.02, 0.65, 4, 0.126}, {0.1, 0, 4, 0.037},      {0.1, 0.3, 4, 0.041},
@@ -119,7 +121,7 @@ const std::vector<OnSheet> kOnSheets{
     {0.2, 0.3, 4, 0.040},   {0.2, 0.5, 4, 0.056},   {0.2, 0.65, 0.3, 0.035}, {0.2, 0.65, 2, 0.089},
     {0.3, 0, 4, 0.033},     {0.3, 0.3, 4, 0.039},   {0.3, 0.5, 4, 0.047}};
 
-// Reference: the sheets. No estimate is below what they have by more than half a percent.
+// Reference: the sheets. No estimate is below their error by more than half a percent.
 TEST(ToolDomain, TheErrorUnderARigidFaceIsNotBelowThatOfASolid) {
   for (const OnSheet& at : kOnSheets) {
     const double error = RigidFaceError({.radius = 1,
@@ -155,7 +157,7 @@ TEST(ToolDomain, ARigidFaceOnAPlateIsValidWhereItsErrorIsAccepted) {
   EXPECT_TRUE(is_valid("plate", 0.008, 0, 4e-4, true));
 }
 
-// What ships stays valid.
+// The shipped scenes stay valid.
 TEST(ToolDomain, ShippedScenesAreInside) {
   for (const char* name : {"silicone-block", "zebrafish-embryo"}) {
     const Scene scene = LoadScene(SourcePath("/deploy/scenes/" + std::string(name) + ".yaml"));

@@ -11,7 +11,7 @@
 namespace palpate {
 namespace {
 
-// How many elements lie on each side of a rectangle, by their outward normal.
+// Returns the number of elements on each side of a rectangle, by their outward normal.
 std::array<int, 4> SideCounts(const BoundaryMesh& mesh) {
   std::array<int, 4> counts{};  // bottom, right, top, left
   for (const auto& element : mesh.elements) {

@@ -13,8 +13,8 @@ namespace {
 
 const double kNan = std::numeric_limits<double>::quiet_NaN();
 
-// The rule of slave/solve/README.md, written again with arc lengths: distance along the loop, the
-// shorter way.
+// The rule of slave/solve/README.md, implemented again with arc lengths: distance along the loop in
+// the shorter direction.
 std::vector<int> PatchByArcLength(const BoundaryMesh& mesh, int element,
                                   const Eigen::Vector2d& place, double width) {
   std::vector<double> begin;  // arc length at which each element of the only loop begins
@@ -36,8 +36,8 @@ std::vector<int> PatchByArcLength(const BoundaryMesh& mesh, int element,
   return patch;
 }
 
-// Reference: slave/solve/README.md, a place on a boundary between elements belongs to the larger
-// index. Also after the coordinate went through ten printed digits.
+// Reference: slave/solve/README.md, a place on the boundary between two elements belongs to the
+// larger index, also after printing the coordinate with ten digits.
 TEST(FindElementTest, GivesANodeToTheLargerIndexAtEverySize) {
   for (const double size : {1e-9, 0.088, 1e3}) {
     const BoundaryMesh mesh = MeshRectangle(size, size, 60);

@@ -30,7 +30,7 @@ struct Input {
   std::vector<MeshSegment> segments;
 };
 
-// Every edge of the loops is a segment whose tag is its own number.
+// Makes a segment of every edge of the loops, with the edge's number as tag.
 Input SegmentsOf(const Domain& domain) {
   Input input;
   for (const auto& loop : domain.loops) {
@@ -103,7 +103,7 @@ INSTANTIATE_TEST_SUITE_P(
                              {{{0, 0}, {0.5, 0}, {0.5 + 1e-7, 0}, {1, 0}, {1, 1}, {0, 1}}}}),
     [](const auto& domain) { return std::string(domain.param.name); });
 
-// A corner of 5 degrees lies outside Ruppert's guarantee: the floor on lengths must end it.
+// Ruppert's algorithm need not terminate at a corner of 5 degrees; the minimum length must end it.
 TEST(GradedMesh, EndsInASharpCorner) {
   const Input input =
       SegmentsOf({"", {{{0, 0}, {1, 0}, {1, std::tan(5 * std::numbers::pi / 180)}}}});

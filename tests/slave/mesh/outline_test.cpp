@@ -40,7 +40,7 @@ struct BadOutline {
 
 class CheckOutlineTest : public ::testing::TestWithParam<BadOutline> {};
 
-// Judged alike at every size: the same shape at 1 nm, 1 m and 1 km.
+// The result must not depend on the size: the same shape at 1 nm, 1 m and 1 km.
 TEST_P(CheckOutlineTest, SaysWhatIsWrongAtEverySize) {
   for (const double scale : {1e-9, 1.0, 1e3}) {
     Outline outline = GetParam().outline;

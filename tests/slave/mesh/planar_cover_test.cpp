@@ -17,13 +17,13 @@ using Eigen::Vector2d;
 struct Body {
   const char* name;
   Outline outline;
-  double area;  // by rectangles, without the code under test [m^2]
+  double area;  // computed from rectangles, without the code under test [m^2]
 };
 
 class PlanarCoverTest : public ::testing::TestWithParam<Body> {};
 
-// Reference: the body's area. Its edges are straight, so that triangles which cover it and nothing
-// else have just that area; the tolerance is rounding.
+// Reference: the body's area. Its edges are straight, so that triangles which cover exactly the
+// body have this area; the tolerance is rounding.
 TEST_P(PlanarCoverTest, CoversTheBodyAndNothingElse) {
   const BoundaryMesh mesh = MeshPolygon(GetParam().outline, 90);
   const PlanarCover cover = CoverOf(mesh, 300);
@@ -65,7 +65,8 @@ INSTANTIATE_TEST_SUITE_P(
         Body{"Frame", {{{0, 0}, {5, 0}, {5, 5}, {0, 5}}, {{{2, 2}, {3, 2}, {3, 3}, {2, 3}}}}, 24}),
     [](const auto& info) { return std::string(info.param.name); });
 
-// Elements as long as the body is high leave no place inside; the outline alone covers it.
+// With elements as long as the body's height there are no points inside; the outline's points alone
+// must cover it.
 TEST(PlanarCoverTest, ALongAndThinBodyIsCoveredByItsOutline) {
   const PlanarCover cover = CoverOf(MeshRectangle(1, 0.01, 100), 300);
   EXPECT_TRUE(cover.inside.empty());

@@ -1,4 +1,4 @@
-// The foam objects of paper B: reader and check give the values that their README states.
+// The foam objects of paper B: reading and checking must give the values in their README.
 #include <filesystem>
 
 #include <gmock/gmock.h>

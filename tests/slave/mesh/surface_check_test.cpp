@@ -35,7 +35,8 @@ TEST(SurfaceCheckTest, TurnsTrianglesOutward) {
   EXPECT_NEAR(inward.volume, 1, 1e-15);
 }
 
-// A cavity faces its inside, a body within the cavity outward again; whichever way they came.
+// The normals of a cavity point into it, those of a body within the cavity point outwards, whatever
+// their orientation in the file.
 TEST(SurfaceCheckTest, TurnsCavitiesInward) {
   for (const bool inward : {false, true}) {
     SurfaceMesh cavity = Cube({1, 1, 1}, 4), body = Cube({2, 2, 2}, 2),

@@ -36,9 +36,9 @@ Stiffness StiffnessOf(int elements, double width) {
   return {K, share.factor * K, share.sigma};
 }
 
-// Reference: the block, whose stiffness does not depend on its division. The finest division, with
-// 20 elements under the tool, represents it. The correction must remove the effect of whole
-// elements (up to 15 %) to within three of the stated sigmas, which are small.
+// Reference: the stiffness of the block must not depend on the number of elements. The finest mesh,
+// with 20 elements under the tool, represents the true value. The correction must remove the effect
+// of whole elements (up to 15 %) to within three of the stated sigmas, which are small.
 TEST(ToolWidthTest, TheDivisionDoesNotMatter) {
   constexpr double kWidth = 5.87e-3;
   const double truth = StiffnessOf(1200, kWidth).corrected;

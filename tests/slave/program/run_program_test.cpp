@@ -46,7 +46,7 @@ TEST_F(RunProgramTest, KeepsTheLastOfMuchOutput) {
   EXPECT_THAT(end.output, ::testing::EndsWith("line 1999\n"));
 }
 
-// The program's own child too: the folder would be written to after it is gone.
+// Also kills the program's child, which would write to the folder after its removal.
 TEST_F(RunProgramTest, KillsWhatTakesTooLong) {
   const auto began = std::chrono::steady_clock::now();
   EXPECT_THROW(

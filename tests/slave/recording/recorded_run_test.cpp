@@ -60,7 +60,7 @@ class RecordedRunTest : public ::testing::Test {
     }
   }
 
-  // The recording, each step as `change` leaves it, the image of this number left out.
+  // Copies the recording with each step modified by `change`, without the image of this number.
   static std::filesystem::path Changed(const std::function<void(v1::SenseStep*)>& change,
                                        int without_image = 0) {
     int images = 0;
@@ -138,7 +138,7 @@ TEST_F(RecordedRunTest, ARecordingThatIsCutIsProcessedAsFarAsItGoes) {
   EXPECT_THAT(run.damage, HasSubstr("it is truncated"));
 }
 
-// Where more came than could be written.
+// A recording with more data than could be written.
 TEST_F(RecordedRunTest, ARecordingWithAGapIsProcessedUpToIt) {
   const auto whole = Process(folder_ / "slave.mcap").differences.states;
   const RecordedRun run = Process(Changed([](v1::SenseStep*) {}, 12));

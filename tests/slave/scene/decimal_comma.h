@@ -1,5 +1,5 @@
-// A program whose locale writes decimal commas, as long as this lives: C++ streams obey it always,
-// the C library where such a locale is installed.
+// Sets a locale with decimal commas during its lifetime: always for C++ streams, for the C library
+// if such a locale is installed.
 #pragma once
 
 #include <clocale>

@@ -1,4 +1,4 @@
-// Every mistake in a scene is answered by a sentence that says where it is and what is accepted.
+// Every mistake in a scene gives a message with its position and the accepted values.
 #include <algorithm>
 #include <map>
 #include <ostream>
@@ -21,7 +21,7 @@ namespace {
 
 using ::testing::HasSubstr;
 
-// What LoadScene complains about; empty: nothing.
+// Returns the error message of LoadScene; empty: no error.
 std::string MistakesOf(const std::filesystem::path& file,
                        const std::vector<std::string>& overrides = {},
                        SceneUse use = SceneUse::kFull) {
@@ -49,8 +49,8 @@ const std::map<int, Place> kPlaces{{1, {"name: ", "name"}},
                                    {11, {"  contour: ", "sense.contour"}},
                                    {12, {"", ""}}};
 
-// Another value in a line of SmallScene: exactly one mistake, of the key behind the line's own. The
-// answer quotes what is written there, or says that nothing is.
+// A changed value in a line of SmallScene that causes exactly one mistake. The message quotes the
+// value or says that it is missing.
 struct BadLine {
   int line;
   const char* value;
@@ -232,7 +232,7 @@ TEST_F(MalformedSceneTest, AContourFileIsReportedWithItsOwnLine) {
   }
 }
 
-// Overrides are reported as what they are, not as a line of the file.
+// A mistake in an override is reported as such, not with a line of the file.
 TEST_F(MalformedSceneTest, OverridesAreReportedByTheirKey) {
   const auto file = Write("scene.yaml", SmallScene());
   const struct {
@@ -258,7 +258,7 @@ TEST_F(MalformedSceneTest, OverridesAreReportedByTheirKey) {
   }
 }
 
-// Broken in the middle of every byte: whatever happens, it is a SceneError or a scene.
+// A scene truncated at every byte gives either a SceneError or a scene.
 TEST_F(MalformedSceneTest, NoTruncationCrashes) {
   const std::string text = SmallScene();
   int refused = 0;
@@ -297,7 +297,7 @@ TEST_F(HostileSceneTest, OfManyMistakesTheFirstAreListedAndTheOthersCounted) {
   EXPECT_THAT(mistakes, HasSubstr("scene.yaml: and 89950 more mistakes"));
 }
 
-// Keys, values and names of files that come from a client are answered to it.
+// Keys, values and file names from a client appear in the message to it.
 TEST_F(HostileSceneTest, WhatIsQuotedIsShort) {
   const std::string is_long(100'000, 'a');
   const std::string outline =
@@ -347,7 +347,7 @@ TEST_F(HostileSceneTest, LongListsAreReadItemByItem) {
   EXPECT_THAT(MistakesOf(file), HasSubstr("expected at most 4000 points, holes included"));
 }
 
-// A scene may come from anywhere: it must not show what is in files that are no contour.
+// A scene may come from an untrusted client: messages must not reveal the content of other files.
 TEST_F(HostileSceneTest, QuotesLittleOfAFileThatIsNoContour) {
   Write("secret", "user:password\nroot:\x1b]0;title\x07$6$saltsaltsaltsalt:19000\n");
   const std::string mistakes = MistakesOf(

@@ -1,4 +1,4 @@
-// What is refused in scenes of two cameras and of depth images, and with which words.
+// Tests mistakes in scenes with two cameras or depth images, and their messages.
 #include <algorithm>
 #include <ostream>
 #include <string>
@@ -14,7 +14,7 @@ namespace {
 
 using ::testing::HasSubstr;
 
-// One mistake: what is written where, and what is accepted there.
+// One mistake: its text and position, and the accepted values in the message.
 struct BadScene {
   Lines lines;
   std::string message;

@@ -5,7 +5,8 @@
 
 namespace palpate {
 
-// A scene of one thing per line, so that tests can replace or add a line and know its number.
+// Returns a scene with one entry per line, so that tests can replace or add a line with a known
+// number.
 inline std::string SmallScene() {
   return "name: small\n"                                                              // 1
          "object:\n"                                                                  // 2

@@ -62,13 +62,13 @@ TEST(SceneLoaderTest, PosesTurnAboutFixedAxes) {
       5, "  fixed: {side: bottom}\n  pose: {translation: [1, 2, 0], rotation: [0, 0, 90 deg]}"));
   const Eigen::Vector3d p_S = scene.object.X_SO * Eigen::Vector3d(1, 0, 0);
   EXPECT_LT((p_S - Eigen::Vector3d(1, 3, 0)).norm(), 1e-15);
-  // The turned block is 40 mm wide and 80 mm high: home above its middle.
+  // The rotated block is 40 mm wide and 80 mm high; home is above its centre.
   EXPECT_NEAR(scene.manipulator.home.x(), 1 - 0.02, 1e-15);
   EXPECT_NEAR(scene.manipulator.home.y(), 2.08 + 0.07 * 0.08, 1e-15);
 }
 
-// R = R_z R_y R_x: with 90 degrees about x and then z, y goes to z and stays, z goes to -y and on
-// to x.
+// R = R_z R_y R_x: a rotation by 90 degrees about x and then about z maps y to z, and z to -y and
+// then to x.
 TEST(SceneLoaderTest, TheHandsRotationTakesXFirst) {
   const Scene scene = Load(SmallScene(), {"operator.rotation=[90 deg, 0, 90 deg]"});
   const Eigen::Matrix3d& R_SM = scene.operator_options.transform.R_SM;

@@ -28,18 +28,18 @@ struct Lines {
   std::string tool = "{shape: flat, width: 4 mm}";
 };
 
-// Line 2 is `object`, 3 its geometry, 5 what holds it, 6 the model, 7 the tool, 9 the camera, 10
-// the points, 11 and on `more`.
+// Line 2 is `object`, 3 its geometry, 5 the supports, 6 the model, 7 the tool, 9 the camera, 10 the
+// points, from 11 on `more`.
 std::string StereoScene(const Lines& lines);
 
-// With the files that these scenes name.
+// A fixture with the files that these scenes use.
 class StereoSceneTest : public ::testing::Test {
  protected:
   StereoSceneTest();
   Scene Load(const Lines& lines, SceneUse use = SceneUse::kFull) const {
     return LoadScene(folder_.Write("scene.yaml", StereoScene(lines)), {}, use);
   }
-  // What loading complains of; empty: nothing.
+  // Returns the error message of loading; empty: no error.
   std::string MistakesOf(const Lines& lines, SceneUse use = SceneUse::kFull) const;
   Scratch folder_;
 };

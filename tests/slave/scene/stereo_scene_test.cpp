@@ -13,7 +13,7 @@ namespace {
 using ::testing::HasSubstr;
 
 // Reference: paper C, 5.1: about 250 mm from the membrane; the left camera is half the baseline to
-// the left of the axis, and both look at the middle, so that O lies on the optical axis.
+// the left of the axis, and both axes meet at the centre, so that O lies on the optical axis.
 TEST_F(StereoSceneTest, ThePairIsInsideAndLooksAtTheMembranesCentreWhereverItIs) {
   Lines lines;
   lines.camera =
@@ -65,7 +65,7 @@ TEST_F(StereoSceneTest, WhatIsNoLivePairIsReported) {
   EXPECT_EQ(mistake("{device: 0, layout: side-by-side, sync: 5 ms, rig: rig.yaml}"), "");
 }
 
-// OpenCV makes 8 bit of whatever it reads without being asked otherwise.
+// By default OpenCV converts images to 8 bit, which is no depth image.
 TEST_F(StereoSceneTest, WhatGivesNoDepthOf16BitIsReported) {
   const auto mistake = [&](const std::string& depth) {
     return MistakesOf({"{depth: " + depth +
@@ -113,7 +113,8 @@ TEST_F(StereoSceneTest, AnyNumberOfDotsFitsByDefault) {
   }
 }
 
-// What nothing holds is followed; no force is reported, so no camera's place need be known.
+// An object without supports is tracked. No force is reported, so the camera's pose need not be
+// known.
 TEST_F(StereoSceneTest, WhatNothingHoldsIsFollowedByItsTexture) {
   Lines lines;
   lines.geometry = kBox;

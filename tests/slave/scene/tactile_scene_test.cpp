@@ -35,7 +35,7 @@ std::string Tactile8(const std::string& keys, const std::string& geometry = kBox
   return TouchScene("  tactile: {" + keys + "}\n", geometry);
 }
 
-// With the files that the scenes below name.
+// A fixture with the files that the scenes below use.
 class TactileSceneTest : public ::testing::Test {
  protected:
   TactileSceneTest() {

@@ -1,4 +1,5 @@
-// Admission control: which connections are handed on, which are closed, and that it goes on.
+// Tests admission control: which connections are passed to gRPC, which are closed, and that it
+// keeps running.
 #include "slave/service/admission/acceptor.h"
 
 #include <atomic>
@@ -36,7 +37,7 @@ class Client {
     const std::string words(bytes, 'x');
     static_cast<void>(send(fd_, words.data(), words.size(), MSG_NOSIGNAL | MSG_DONTWAIT));
   }
-  // Whether the connection has ended.
+  // Returns whether the connection has ended.
   [[nodiscard]] bool IsClosed() const {
     char byte = 0;
     const ssize_t count = recv(fd_, &byte, 1, MSG_DONTWAIT);
@@ -77,7 +78,7 @@ class AcceptorTest : public testing::Test {
   [[nodiscard]] bool HandsOn(std::uint64_t count) const {
     return Eventually([&] { return acceptor_->counts().accepted == count; });
   }
-  // The name that gRPC gives to the connection that was handed on as number `i`, from 0.
+  // Returns gRPC's name of the connection that was passed on as number `i`, from 0.
   std::string PeerOf(std::size_t i) {
     const std::scoped_lock lock(mutex_);
     sockaddr_in address{};
@@ -91,7 +92,7 @@ class AcceptorTest : public testing::Test {
     acceptor_->Describe(PeerOf(0), {.trusted = [is_applied] { return *is_applied = true; }});
     ASSERT_TRUE(Eventually([&] { return is_applied->load(); }));
   }
-  // As gRPC would.
+  // Reads all data, as gRPC would.
   void ReadAll() {
     const std::scoped_lock lock(mutex_);
     std::vector<char> bytes(1 << 20);

@@ -1,4 +1,4 @@
-// How fast bulk may go: a line of a given width and length, with a queue in front of it.
+// Tests the rate control of bulk data on a simulated link with given bandwidth, delay and queue.
 #include "slave/service/bulk_pace.h"
 
 #include <algorithm>
@@ -14,8 +14,8 @@ namespace {
 
 constexpr double kStep = 1e-3;  // [s]
 constexpr Time kBegin = Time{} + std::chrono::hours(1);
-constexpr double kWanted = 100e6;  // what the watchers would send [bytes/s]
-constexpr double kRoom = 0.5;      // in the queue, then what comes is lost [s]
+constexpr double kWanted = 100e6;  // rate of data for the observers [bytes/s]
+constexpr double kRoom = 0.5;      // capacity of the queue in time; further data is lost [s]
 
 // A line that `pace` shares with an operator who receives a hundred states a second.
 class Line {
@@ -58,7 +58,7 @@ class Line {
   double round_trip_, width_;  // [s], [bytes/s]
   int step_ = 0;
   double queue_ = 0, sent_ = 0;  // [bytes]
-  std::deque<double> trips_;     // on their way
+  std::deque<double> trips_;     // in transit
   std::vector<double> waits_;
 };
 
@@ -66,10 +66,10 @@ using Length = double;
 using Width = double;
 class BulkPaceTest : public testing::TestWithParam<std::tuple<Length, Width>> {};
 
-// Reference: without a pace the queue is as long as it can get, as it is when the operator comes.
-// Bounds: a rate that grows by 5 % in a period P or round trip R makes a queue that is noticed a
-// round trip later and judged at the end of the next period: 3 ms + R / 10, and 5 % of two of (P +
-// R) on top. Streams that are late send what they may in 5 ms at once.
+// Reference: without rate control the queue is full, as when the operator connects. Bounds: a rate
+// that grows by 5 % in a period P or a round trip R builds a queue that is detected one round trip
+// later and evaluated at the end of the next period: 3 ms + R / 10, plus 5 % of 2 (P + R). Late
+// streams send the data of 5 ms at once.
 TEST_P(BulkPaceTest, TheLineIsUsedAndItsQueueStaysShort) {
   const auto [round_trip, width] = GetParam();
   Line line(round_trip, width);

@@ -63,7 +63,7 @@ TEST_F(ImagesTest, OfAnotherSizeEndTheStreamInWords) {
                         HasSubstr("sample 2: data of 3072 bytes: expected 1536")));
 }
 
-// A driver of the arm as a client sees it.
+// The client side of an arm driver's stream.
 class Driver {
  public:
   explicit Driver(std::unique_ptr<v1::Teleoperation::Stub> stub) : stub_(std::move(stub)) {

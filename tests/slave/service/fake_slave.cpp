@@ -9,7 +9,7 @@
 namespace palpate {
 namespace {
 
-constexpr double kReach = 1;  // [m]; farther is absurd
+constexpr double kReach = 1;  // [m]; positions beyond it are refused
 constexpr std::size_t kRemembered = 10'000;
 
 }  // namespace
@@ -112,7 +112,7 @@ SlaveState FakeSlave::Compose(Time now) {
   if (state.echo) state.echo_delay = std::max(0.0, SecondsBetween(command_at_, now));
   if (!tactile_) return state;
   state.finger_count = static_cast<int>(tactile_->fingers.size());
-  FingerState estimate;  // by each of them
+  FingerState estimate;  // the estimate of each finger
   estimate.p_S_contact = state.p_S_tip.cast<float>();
   if (state.force) estimate.force = state.force->cast<float>();
   estimate.in_contact = state.local_model.in_contact;

@@ -1,5 +1,5 @@
-// A slave without images: a spring surface y = 0 under a tool that follows at once. For tests of
-// service, link and clients.
+// A slave without images for tests of service, link and clients: a spring surface y = 0 and a tool
+// that follows at once.
 #pragma once
 
 #include <atomic>
@@ -24,8 +24,7 @@ class FakeSlave : public Slave {
 
   FakeSlave();
 
-  // --- for tests. Thread-safe.
-  // Something new was sensed: a state follows at once.
+  // --- for tests. Thread-safe. Simulates a new sample; a state is sent at once.
   void TakeSample();
   // The next states carry `event`.
   void Happen(Event event) { estimate_.Add(event); }
@@ -39,13 +38,13 @@ class FakeSlave : public Slave {
   [[nodiscard]] int images_taken() const { return Locked(images_); }
   [[nodiscard]] std::string stop_reason() const { return Locked(stop_reason_); }
   [[nodiscard]] ParameterChange parameters() const { return Locked(parameters_); }
-  // Making a model takes until it is given up.
+  // Making a model then takes until it is cancelled.
   void MakeModelsForEver() { makes_for_ever_ = true; }
   [[nodiscard]] bool is_making() const { return is_making_; }
-  // As after a change of settings.
+  // Simulates a change of settings.
   void set_settings_revision(std::uint32_t revision) { Set(revision, &state_.settings_revision); }
-  // From now on the scene has fingertips whose samples are streamed, each of which has the
-  // tool's force, and the object is a triangle.
+  // From now on the scene has fingertips with streamed samples, each with the tool's force, and the
+  // object is a triangle.
   void TakeTactile(const std::vector<std::string>& fingers);
 
   // From now on images of one grey camera of 64 x 48 px at 30 Hz are streamed.
@@ -53,7 +52,7 @@ class FakeSlave : public Slave {
   // From now on the scene has no manipulator.
   void TakeNoManipulator() { Set(ManipulatorOptions::Source::kNone, &manipulator_); }
   void TakeScenes(SceneSetup* setup) { setup_ = setup; }
-  // From now on a driver moves an arm, which nobody here commands but by `arm()`.
+  // From now on a driver moves an arm, which the test commands by `arm()`.
   void TakeArm(const ManipulatorOptions& options);
   [[nodiscard]] StreamedManipulator& arm() { return *arm_; }
 

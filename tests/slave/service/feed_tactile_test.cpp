@@ -29,7 +29,7 @@ class FeedTactileTest : public ServiceTest {
  protected:
   FeedTactileTest() { slave_.TakeTactile({"rf", "th"}); }
 
-  // A driver's stream as a client sees it.
+  // The client side of a driver's stream.
   class Feed {
    public:
     explicit Feed(std::unique_ptr<v1::Teleoperation::Stub> stub) : stub_(std::move(stub)) {
@@ -41,7 +41,7 @@ class FeedTactileTest : public ServiceTest {
       writer_->WritesDone();
       return writer_->Finish();
     }
-    // Without half-closing: the slave ends it.
+    // Waits for the slave to end the stream, without half-closing it.
     grpc::Status WaitForEnd() { return writer_->Finish(); }
     void Vanish() { context_.TryCancel(); }
     std::uint64_t samples() const { return reply_.samples(); }
@@ -151,7 +151,7 @@ TEST_F(FeedTactileTest, ADriverThatVanishesMakesRoomForTheNext) {
     for (int i = 0; i < 5; ++i) NextFrame();
     feed.Vanish();
   }
-  EXPECT_TRUE(Eventually([&] {  // as soon as its end is known
+  EXPECT_TRUE(Eventually([&] {  // as soon as the slave knows that the stream has ended
     Feed feed(Connect());
     feed.Send(Sample("rf", 0));
     return feed.Finish().ok() && feed.samples() == 1;

@@ -12,7 +12,7 @@
 namespace palpate {
 namespace {
 
-// Longer than a busy machine takes from one statement to the next.
+// Longer than the delay of a busy machine between two statements.
 constexpr std::chrono::milliseconds kSilence(1000);
 
 void RunAtOnce(const std::function<void()>& task) {

@@ -23,8 +23,8 @@ bool HasStopAlarm(const SlaveStatus& status) {
   return false;
 }
 
-// Whatever the order in which both take effect, tool and record agree: a stopped tool has a record
-// that survives a restart, and a released one has none.
+// In whichever order both take effect, tool and record agree: a stopped tool has a record that
+// survives a restart, a released tool has none.
 TEST(LiveSlaveStopTest, ToolAndRecordAgreeAfterAStopBesideAReset) {
   const Scratch scratch;
   const Scene scene =

@@ -87,7 +87,7 @@ class OperateDatagramsTest : public ServiceTest {
   Operator ada{Connect()};
 };
 
-// An old command that came late must not move the tool back, whichever way it came.
+// An old command that arrives late must not move the tool back, whether by stream or datagram.
 TEST_F(OperateDatagramsTest, WhatIsOlderThanTheStreamsIsDropped) {
   const auto offer = OfferTo(&ada);
   ASSERT_TRUE(offer.has_value());
@@ -130,7 +130,7 @@ TEST_F(OperateDatagramsTest, ObserversNeverSeeTheKeys) {
   context.TryCancel();
 }
 
-// What was sealed for one stream says nothing in the next, at the same port or another.
+// A datagram sealed for one stream is refused in the next one, at the same port or another.
 TEST_F(OperateDatagramsTest, TheKeysEndWithTheirStream) {
   const auto old = OfferTo(&ada);
   ASSERT_TRUE(old.has_value());

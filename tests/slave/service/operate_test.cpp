@@ -1,4 +1,5 @@
-// Operate: the lease, commands in, states out, and every way it may end.
+// Tests Operate: the lease, received commands, sent states, and every way in which the stream may
+// end.
 
 #include <limits>
 
@@ -53,7 +54,7 @@ TEST_F(OperateTest, StatesAreRepeatedWhileNothingIsSensed) {
 
 TEST_F(OperateTest, AnEmergencyStopIsReportedToTheOperatorAndItsReasonShortened) {
   ada.Hold(0);
-  // Events are discarded while nobody reads states.
+  // Events are discarded while no client reads states.
   ASSERT_TRUE(ada.ReadUntil([](const auto& s) { return s.command_sequence() == 1; }));
   CallContext context;
   v1::StopRequest request;

@@ -57,7 +57,7 @@ TEST_F(ServerTest, ErrorsOfTheSlaveArriveAsACodeAndTheSameSentence) {
               EndedWith(grpc::StatusCode::FAILED_PRECONDITION, "an operator follows"));
 }
 
-// What a stranger may change while somebody operates: nothing. But anybody may stop.
+// While an operator works, other clients cannot change anything, but anyone may stop the tool.
 TEST_F(ServerTest, WhileSomebodyOperatesOnlyTheOperatorChangesSettings) {
   Operator ada(Connect());
   ada.Hold(0, "Ada");

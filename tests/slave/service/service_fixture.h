@@ -1,4 +1,4 @@
-// A FakeSlave behind a real server on any free port, and what clients need to talk to it.
+// A FakeSlave behind a real server on a free port, and helpers for clients.
 #pragma once
 
 #include <algorithm>
@@ -29,7 +29,7 @@ struct CallContext : grpc::ClientContext {
   CallContext() { SetDeadline(this); }
 };
 
-// Whether a call ended with this code and words that `words` matches.
+// Matches the status of a call that ended with this code and a message that `words` matches.
 MATCHER_P2(EndedWith, code, words, "") {
   *result_listener << arg.error_code() << ": " << arg.error_message();
   return arg.error_code() == code && testing::Value(arg.error_message(), words);
@@ -44,7 +44,7 @@ class ServiceTest : public testing::Test {
     return v1::Teleoperation::NewStub(grpc::CreateCustomChannel(
         server_->address(), grpc::InsecureChannelCredentials(), arguments));
   }
-  // One that takes little from the line ahead of its reader.
+  // Returns a stub with a small receive window.
   std::unique_ptr<v1::Teleoperation::Stub> ConnectWithSmallWindow() const {
     grpc::ChannelArguments arguments;
     arguments.SetInt(GRPC_ARG_HTTP2_BDP_PROBE, 0);
@@ -63,7 +63,7 @@ class ServiceTest : public testing::Test {
   std::unique_ptr<Server> server_ = std::make_unique<Server>(slave_, "127.0.0.1:0", false);
 };
 
-// An operator's stream as a client sees it.
+// The client side of an operator's stream.
 class Operator {
  public:
   explicit Operator(std::unique_ptr<v1::Teleoperation::Stub> stub) : stub_(std::move(stub)) {
@@ -95,7 +95,7 @@ class Operator {
     while (state && !wanted(*state)) state = Read();
     return state;
   }
-  // The program is gone: nothing more is sent or read.
+  // Simulates a terminated program: nothing more is sent or read.
   void Vanish() { context_.TryCancel(); }
   // Reads to the end.
   grpc::Status Finish() {

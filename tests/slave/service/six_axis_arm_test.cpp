@@ -1,9 +1,9 @@
-// A six-axis arm behind DriveTool under an operator behind Operate: the whole slave, over gRPC.
+// Tests the whole slave over gRPC with a six-axis arm (DriveTool) and an operator (Operate).
 //
-// The arm makes it hard: its wrist moves in steps of its resolution, lags, has a dead time and a
-// speed limit; its encoders are noisy and report a quaternion or its negative at random. It trusts
-// its targets: it goes to a quaternion by the straight way, which a target that changed sign would
-// send round the long one.
+// The arm is difficult to control: its wrist moves in steps of its resolution, lags, has a dead
+// time and a speed limit; its encoders are noisy and report a quaternion or its negative at random.
+// It interpolates linearly to the target quaternion, so a target with the wrong sign would make it
+// rotate the long way.
 #include <atomic>
 #include <chrono>
 #include <cmath>
@@ -41,8 +41,8 @@ constexpr double kWristSpeed = 1.2;     // [rad/s]
 constexpr std::size_t kDeadTime = 5;    // targets
 constexpr double kMaxAngularSpeed = 2;  // of the scene [rad/s]
 constexpr auto kPeriod = std::chrono::milliseconds(4);
-// Where a held arm may stand: half a step about each axis, and five sigma of the two readings that
-// an engagement begins with.
+// Allowed deviation of a held arm: half a step about each axis, and five sigma of the two readings
+// at the start of an engagement.
 const double kWithin = std::sqrt(3.0) * kResolution / 2 + 10 * std::sqrt(3.0) * kNoise;
 
 Quaterniond ToRotation(const google::protobuf::RepeatedField<double>& numbers) {
@@ -65,7 +65,7 @@ class Arm {
     context_.TryCancel();
   }
 
-  // Where the wrist really is.
+  // Returns the true orientation of the wrist.
   [[nodiscard]] Quaterniond rotation() const {
     const std::scoped_lock lock(mutex_);
     return rotation_;
@@ -116,8 +116,8 @@ class Arm {
     if (obeyed_.motion() != v1::ArmTarget::MOTION_FOLLOW) return;
     tip_ = {obeyed_.p_s_tip().x(), obeyed_.p_s_tip().y(), obeyed_.p_s_tip().z()};
     if (obeyed_.orientation_size() != 4) return;
-    // The straight way between the four numbers, in whole steps, until less than half of one is
-    // missing about an axis.
+    // Interpolates the four numbers linearly, in whole steps, until less than half a step is
+    // missing about each axis.
     const Quaterniond way = ToRotation(obeyed_.orientation()) * rotation_.conjugate();
     const double angle = 2 * std::atan2(way.vec().norm(), way.w());
     const double length = std::min((1 - std::exp(-dt / kServo)) * angle, kWristSpeed * dt);
@@ -229,7 +229,8 @@ Scene Streamed() {
       SourcePath("/deploy/scenes/silicone-block.yaml"),
       {"model.elements=60", "manipulator.source=stream", "manipulator.max_angular_speed=2 rad/s",
        "operator.rotation=[30 deg, -20 deg, 70 deg]"});
-  scene.manipulator.silence = 60;  // a busy machine is neither a silent driver nor operator
+  // Long, so that a busy machine does not count as a silent driver or operator.
+  scene.manipulator.silence = 60;
   scene.link.dead_after = scene.manipulator.blind_after = 60;
   return scene;
 }
@@ -281,7 +282,8 @@ TEST_F(SixAxisArmTest, TheToolFollowsTheDevicesRotationWithinTheArmsResolution) 
   };
   std::uint32_t epoch = 1;
   Quaterniond from = R_S0_;
-  for (const double angle : {0.3, 1.4, 2.9, -2.8}) {  // past half a turn, the other way round
+  // The last angle is negative, past half a turn.
+  for (const double angle : {0.3, 1.4, 2.9, -2.8}) {
     const Quaterniond R_M = AngleAxisd(angle, Vector3d(2, 1, -1).normalized()) * R_M0_;
     hand.Hold(epoch, {0, 0, 0}, R_M);
     EXPECT_TRUE(Eventually([&] {
@@ -296,7 +298,8 @@ TEST_F(SixAxisArmTest, TheToolFollowsTheDevicesRotationWithinTheArmsResolution) 
     })) << angle
         << ": " << arm.rotation().angularDistance(wanted(from, R_M, R_M0_)) << " rad off";
   }
-  // The clutch is open: the hand turns back, the arm stays; engaged again it goes on from there.
+  // The clutch is open: the device rotates back, the arm stays; engaged again, it continues from
+  // there.
   const Quaterniond held = arm.rotation();
   hand.Hold(0, {0.01, 0, 0}, R_M0_);
   ASSERT_TRUE(hand.Reaches(v1::PHASE_CLUTCHED, epoch));

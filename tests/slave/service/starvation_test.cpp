@@ -1,4 +1,4 @@
-// What one small client may take, and that the emergency stop is not among it.
+// Tests which resources one client may use up; the emergency stop must always work.
 #include <memory>
 #include <string>
 #include <vector>
@@ -67,7 +67,7 @@ TEST_F(StarvationTest, IdleStreamsTakeNoStopAway) {
   EXPECT_TRUE(ada.ReadUntil([](const auto& s) { return s.command_sequence() == 1; }));
 }
 
-// A model that takes for ever: nobody waits behind it, and it ends with its call.
+// A model that never completes: no other call waits for it, and it ends with its call.
 TEST_F(StarvationTest, ModelsAreMadeOneAtATimeAndEndWithTheirCall) {
   slave_.MakeModelsForEver();
   grpc::ClientContext first;
@@ -90,7 +90,7 @@ TEST_F(StarvationTest, ModelsAreMadeOneAtATimeAndEndWithTheirCall) {
   EXPECT_TRUE(Eventually([&] { return !slave_.is_making(); }));
 }
 
-// Images are encoded once for all who watch them alike.
+// Images are encoded once for all observers with the same parameters.
 TEST_F(StarvationTest, WatchersShareAnEncoding) {
   std::vector<std::unique_ptr<grpc::ClientContext>> contexts;
   std::vector<std::unique_ptr<grpc::ClientReader<v1::ImageState>>> readers;

@@ -1,4 +1,4 @@
-// Mutual TLS with certificates as deploy/certs makes them, and who may call what with them.
+// Tests mutual TLS with certificates from deploy/certs, and which calls each certificate permits.
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
@@ -64,8 +64,8 @@ class TlsTest : public testing::Test {
     arguments.SetInt(GRPC_ARG_USE_LOCAL_SUBCHANNEL_POOL, 1);
     return grpc::CreateCustomChannel(server_->address(), credentials, arguments);
   }
-  // deploy/certs counts in days: a certificate `name` that holds for `seconds`, else as that of
-  // `whose`, for `names`.
+  // Makes a certificate `name` that is valid for `seconds` (deploy/certs uses days) and otherwise
+  // like that of `whose`, for `names`.
   static void CertifyFor(int seconds, const std::string& name,
                          const std::string& whose = "operator",
                          const std::string& names = "URI:palpate://operator/ada") {
@@ -117,7 +117,7 @@ TEST_F(TlsTest, WhoeverHasNoCertificateOfThisCaIsNotHeard) {
   EXPECT_EQ(slave_.Status().phase, Phase::kReady);
 }
 
-// Before, a stream that was begun in time went on for ever.
+// In an earlier version a stream outlived the certificate with which it began.
 TEST_F(TlsTest, AStreamOutlivesNoCertificate) {
   CertifyFor(4, "brief");
   Operator ada(As("brief"));
@@ -149,7 +149,7 @@ TEST_F(TlsTest, TheOperatorsStreamOutlivesNoCertificateOfTheSlave) {
   }));
 }
 
-// What gRPC knows about a peer of this certificate and name.
+// gRPC's information about a peer with this certificate and name.
 class Peer final : public grpc::AuthContext {
  public:
   Peer(std::string certificate, std::string name)

@@ -72,9 +72,9 @@ TEST_F(WatchTest, MeasurementsOfTheChecksAreSentOnRequest) {
   }
 }
 
-// A reader that stops reading for 600 states: the others go on, and when it reads again it finds
-// what its own receive window held (bounded by the HTTP/2 window, not by time) and then the newest.
-// Law: a slow reader loses old values, slows nobody and grows no memory.
+// A reader stops reading for 600 states. The others continue. When it reads again, it gets the
+// states in its receive window (limited by the HTTP/2 window, not by time) and then the newest.
+// Law: a slow reader loses old values, does not delay others and does not increase the memory used.
 TEST_F(WatchTest, AStalledReaderLosesOldStatesAndSlowsNobody) {
   const auto stalled_stub = ConnectWithSmallWindow();
   grpc::ClientContext stalled_context;
@@ -160,7 +160,7 @@ TEST_F(WatchTest, FewEncodedImagesAreKeptAndThoseOfTheNewestSampleAlone) {
   Publisher publisher(slave);
   TeleoperationService service(slave, publisher, {});
   slave.TakeSample();
-  service.Encoded({}, true, 50);  // nothing is seen yet
+  service.Encoded({}, true, 50);  // no image yet
   std::vector<std::weak_ptr<const EncodedImage>> images;
   for (int quality = 10; quality <= 100; ++quality) {
     images.push_back(service.Encoded({}, true, quality));
@@ -201,8 +201,8 @@ TEST_F(WatchTest, AStoppingServerEndsEveryStreamAsUnavailable) {
   EXPECT_EQ(drain(videos.get(), &frame), grpc::StatusCode::UNAVAILABLE);
 }
 
-// Reference: the force itself. Distributed by hand over the nodes of two triangles by their areas,
-// the nodal forces add up to it. Tolerance: single precision.
+// Reference: the force itself. The nodal forces, distributed by hand over two triangles by their
+// areas, sum to it. Tolerance: single precision.
 TEST(MeshStreamEncoderTest, TractionIsSentOnRequestAndAddsUpToTheForce) {
   BoundaryShape shape;
   shape.nodes_per_element = 3;

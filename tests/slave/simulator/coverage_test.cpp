@@ -21,7 +21,8 @@ double AreaOf(const Polygon& p) {
   return std::abs(twice) / 2;
 }
 
-// Reference: areas by hand. Pixel (x, y) spans x - 0.5 to x + 0.5. Tolerance: single precision.
+// Reference: areas calculated by hand. Pixel (x, y) spans x - 0.5 to x + 0.5. Tolerance: single
+// precision.
 TEST(Coverage, AnAlignedRectangleCoversItsPartOfEachPixel) {
   const cv::Mat alpha =
       CoverageOf({{{0.75, 0.9}, {3.2, 0.9}, {3.2, 2.6}, {0.75, 2.6}}}, {0, 0, 6, 5});

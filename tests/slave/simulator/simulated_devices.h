@@ -1,5 +1,5 @@
-// The devices of a simulated scene, connected to a slave in the same process: what
-// palpate-simulator is to a slave elsewhere.
+// The devices of a simulated scene, connected to a slave in the same process. They replace
+// palpate-simulator.
 #pragma once
 
 #include <atomic>
@@ -18,7 +18,7 @@ class SimulatedDevices {
   // driven. Throws std::runtime_error: it does neither within a minute.
   SimulatedDevices(Scene scene, Slave* slave);
 
-  // From now on the camera is elsewhere: its images are displaced downwards by this [px].
+  // Displaces the camera: from now on its images are shifted downwards by this [px].
   void BumpCamera(int displacement) { displacement_ = displacement; }
   // From now on something white covers the images, or nothing does.
   void CoverCamera(bool is_covered) { is_covered_ = is_covered; }

@@ -14,8 +14,9 @@ TEST(Robust, TheMedianIsTheUpperOneInTheMiddle) {
   EXPECT_EQ(MedianOf(std::array{4, 1, 3, 2}), 3);
 }
 
-// Reference: normal samples, a fifth of them moved far away. Tolerance: the median of the sizes
-// rises to that quantile of the normal ones which leaves out no more than a fifth.
+// Reference: normal samples, a fifth of them moved far away. Tolerance: with a fifth of outliers
+// the median of the absolute values rises at most to the corresponding higher quantile of the
+// normal samples.
 TEST(Robust, WrongSamplesHardlyMoveTheSigma) {
   std::mt19937 random(1);
   std::normal_distribution<double> normal(5, 2);

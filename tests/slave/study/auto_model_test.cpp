@@ -85,8 +85,8 @@ TEST(AutoModelTest, WithoutAnAnswerInTimeNothingIsDecided) {
   EXPECT_FALSE(DecideQuickly(Auto(0.05), scenario.Make()));
 }
 
-// The clock of a machine that is a hundred times slower: the same models are tried, and the same
-// one is chosen, if the rate leaves room.
+// With the clock of a machine that is a hundred times slower, the same models are tried and the
+// same one is chosen, if the required rate is low enough.
 TEST(AutoModelTest, ASlowMachineChoosesTheSame) {
   std::vector<std::string> choices;
   for (const double slower : {1.0, 100.0}) {
@@ -119,7 +119,7 @@ Scene Cube() {
   return scene;
 }
 
-// A condensed model has neither mass nor weight, whatever its figures.
+// A condensed model has neither mass nor weight, whatever its parameters.
 TEST(AutoModelTest, WhatMovesInTimeOrHasWeightIsLeftToFiniteElements) {
   Scene moving = Cube(), heavy = Cube();
   moving.model.fem.time = FemOptions::Time::kDynamic;

@@ -56,17 +56,18 @@ bool IsChosen(const std::string& id) {
          id == "block_centre_plane_stress_nu0.49_frictionless";
 }
 
-// Relative error of the constant elements by their count, from the printed forces alone.
+// Returns the relative error of constant elements for this count, computed from the published
+// forces only.
 double PublishedError(const json& c, const std::string& count) {
   const double force = c.at("constant_element_bem").at("k_bar_by_element_count").at(count);
   return std::abs(force / c.at("expected").at("k_bar").get<double>() - 1);
 }
 
-// The printed forces of constant elements at 60 to 540 elements and the printed continuum value
-// give the true error of each row. A factor of 1.5 is what users are promised; beside it the stated
-// error may be off by the reference's own bar, which the study states, and by what the tool's width
-// costs, which differs by less than 1e-3. The bar is no decoration: the printed continuum value
-// lies inside it, up to the 2e-6 that it leaves open itself.
+// The published forces of 60 to 540 constant elements and the published continuum value give the
+// true error of each row. Users are promised a factor of 1.5. The stated error may additionally
+// differ by the reference's own uncertainty, which the study states, and by less than 1e-3 from the
+// effect of the tool's width. The published continuum value must lie within the stated uncertainty,
+// up to its own 2e-6.
 TEST(BlockStudyTest, StatedErrorsAndReferenceAgreeWithThePublishedForces) {
   PALPATE_REFERENCE_OR_SKIP(file, "b_block_embryo.json");
   int compared = 0;

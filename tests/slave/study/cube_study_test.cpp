@@ -28,7 +28,7 @@ Scene CubeScene(const json& params) {
   scene.object.geometry = BoxGeometry{{side, side, side}, {kCells, kCells, kCells}};
   scene.object.material.young_modulus = params.at("E");
   scene.object.material.poisson_ratio = params.at("nu");
-  // By numbers, so that the study presses evenly, as the published answers do.
+  // Given as numbers, so that the study applies a uniform pressure like the published answers.
   std::vector<int> bottom(Index((kCells + 1) * (kCells + 1)));
   std::iota(bottom.begin(), bottom.end(), 0);
   scene.object.fixed = {{FixedNodes{bottom}, {true, true, true}}};
@@ -45,9 +45,9 @@ double Converged(const json& c) {
   return c.at("expected").back().at("mean_patch_depth");
 }
 
-// How much farther a disc of the same area goes than a square, in the mean, under an even pressure
-// on a half-space (Love 1929; Johnson, Contact Mechanics, 3.4): what a patch does beyond its force
-// is local, so the cube's walls, farther by its width, do not change it much.
+// Ratio of the mean displacements of a disc and a square of the same area under uniform pressure on
+// a half-space (Love 1929; Johnson, Contact Mechanics, 3.4). The effect of the shape is local, so
+// the cube's walls hardly change it.
 double DiscBeyondSquare(const json& params) {
   const double nu = params.at("nu");
   const double unit = (1 - nu * nu) / (params.at("E").get<double>() * std::sqrt(kPatchArea));
@@ -59,7 +59,7 @@ double DiscBeyondSquare(const json& params) {
 
 class CubeStudyTest : public testing::Test {
  protected:
-  // One study for all tests: it takes seconds.
+  // One study is made for all tests, since it takes seconds.
   static void SetUpTestSuite() {
     limit_ = reference::Find("h_calculix.json", "cube_linear_patch");
     if (!limit_) return;
@@ -85,9 +85,9 @@ class CubeStudyTest : public testing::Test {
 std::optional<json> CubeStudyTest::limit_;
 std::optional<StudyResult> CubeStudyTest::study_;
 
-// The force that a depth takes, in error because the elements are too stiff: what the discrete
-// answer gives way less than the converged one. A factor of 1.5 is what users are promised; how a
-// mesh divides a disc and how it divides a square differs by less.
+// The force at a depth has an error because the elements are too stiff: the discrete compliance is
+// smaller than the converged one. Users are promised a factor of 1.5; the difference between
+// meshing a disc and a square is smaller.
 TEST_F(CubeStudyTest, StatedErrorsAgreeWithThePublishedDiscreteAnswers) {
   int compared = 0;
   for (const int n : {3, 6, 12}) {
@@ -107,9 +107,9 @@ TEST_F(CubeStudyTest, StatedErrorsAgreeWithThePublishedDiscreteAnswers) {
   EXPECT_EQ(compared, 3);
 }
 
-// The reference lies within its own bar of the published limit; 0.3 % for what the published meshes
-// still miss (0.12 % between the last two) and for the walls' share in the disc's and the square's
-// difference, which is 1.2 % in all.
+// The reference agrees with the published limit within its own uncertainty plus 0.3 %, for the
+// remaining error of the published meshes (0.12 % between the last two) and for the walls' effect
+// on the difference between disc and square, which is 1.2 % in total.
 TEST_F(CubeStudyTest, ReferenceIsThePublishedLimitWithinItsBar) {
   const Reference& reference = study_->references.presses.at(0);
   const double disc = Converged(*limit_) + DiscBeyondSquare(limit_->at("params"));

@@ -58,8 +58,9 @@ struct Scenario {
   }
 };
 
-// A square of 60 mm, pressed by a tool of 4 mm at the middle of its top; contacts are frictionless
-// and a side is held in one component, so that no finite elements are solved beside the models.
+// A square of 60 mm, pressed by a tool of 4 mm at the centre of its top. Contacts are frictionless
+// and a side is fixed in one component, so that no finite-element reference is solved besides the
+// models.
 inline Scene Square() {
   Scene scene;
   scene.name = "square <&> \"quoted\", with a comma";

@@ -24,9 +24,10 @@ Scene MembraneScene(const json& params, double thickness, double depth) {
   return scene;
 }
 
-// The linear plate's force over von Karman's is printed, and what that law leaves out of a solid is
-// known (plate_law.h), so the true error is known; a factor of 1.5 is what users are promised. The
-// large-deformation model is held to the printed force: 1e-3, for the load that is no point.
+// The ratio of the linear plate's force to von Karman's is published, and the error of that law
+// relative to a solid is known (plate_law.h), so the true error is known; users are promised a
+// factor of 1.5. The large-deformation model must agree with the published force to 1e-3, since its
+// load is no point.
 TEST(MembraneStudyTest, StatedErrorsAndReferenceAgreeWithThePublishedCurves) {
   PALPATE_CASE_OR_SKIP(published, "c_plate.json", "membrane_force_deflection");
   int compared = 0;

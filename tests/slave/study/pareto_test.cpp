@@ -28,7 +28,7 @@ std::vector<int> Marked(const std::vector<StudyRow>& rows, bool StudyRow::*flag)
   return marked;
 }
 
-// Reference: the definition, by trying every pair in a second way (sorted sweep).
+// Reference: the definition, implemented by comparing every pair.
 TEST(ParetoTest, FrontOfRandomRowsIsTheLowerStaircase) {
   std::mt19937 random(3);
   std::uniform_int_distribution<int> uniform(1, 12);  // ties are common
@@ -59,7 +59,7 @@ TEST(ParetoTest, RowsWithoutAnErrorAreNeverOnTheFrontNorRecommended) {
   EXPECT_THAT(Marked(rows, &StudyRow::recommended), testing::ElementsAre(0));
 }
 
-// An update that is fast enough is so whatever is known of the error.
+// The rate may be met even if the error is unknown.
 TEST(ParetoTest, RateIsMetWithoutAKnownError) {
   std::vector<StudyRow> rows{Answered(kUnknown, 1e-6), Answered(0.2, 1)};
   Recommend(0.05, 500, &rows);
@@ -68,7 +68,7 @@ TEST(ParetoTest, RateIsMetWithoutAKnownError) {
 }
 
 TEST(ParetoTest, RecommendsTheCheapestThatMeetsBoth) {
-  // As fast as makes no difference: then precompute decides.
+  // The update times are practically equal, so the preparation time decides.
   std::vector<StudyRow> rows{Answered(0.2, 1e-6, 0.001), Answered(0.04, 1.1e-6, 0.5),
                              Answered(0.03, 1.0e-6, 4), Answered(0.001, 5e-6, 0.01),
                              Answered(0.04, 1, 0.001)};

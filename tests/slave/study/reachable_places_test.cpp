@@ -19,7 +19,8 @@ Scene Rectangle() {
   return scene;
 }
 
-// With half a width to spare on both sides: left, top and right, in proportion to their lengths.
+// Places keep half a width from both ends: on the left, top and right sides in proportion to their
+// lengths.
 TEST(ReachablePlacesTest, LieBesideCornersAndWhatIsHeld) {
   const auto places = ReachablePlaces(Rectangle(), kWidth, SpreadShares(50));
   ASSERT_EQ(places.size(), 50U);
@@ -35,9 +36,9 @@ TEST(ReachablePlacesTest, LieBesideCornersAndWhatIsHeld) {
   EXPECT_NEAR(on_top, 50 * 80 / (80 + 2 * 40), 2);
 }
 
-// Reference: where a disc of 20 mm rests on the cube, 20 mm off what is held: 40 x 40 mm of its
-// top, 40 x 30 mm of each side. Tolerance: two sigma of 50 among 200. Shares that fell on the held
-// face once gave the same place many times.
+// Reference: the area where a disc of 20 mm fits on the cube at a distance of 20 mm from the
+// supports: 40 x 40 mm of its top, 40 x 30 mm of each side. Tolerance: two sigma of 50 among 200.
+// In an earlier version shares on the fixed face gave the same place many times.
 TEST(ReachablePlacesTest, GoEvenlyOverWhereTheToolRestsNoneTwice) {
   Scene scene = Rectangle();
   scene.object.geometry = BoxGeometry{{0.06, 0.06, 0.06}, {3, 3, 3}};
@@ -52,8 +53,8 @@ TEST(ReachablePlacesTest, GoEvenlyOverWhereTheToolRestsNoneTwice) {
   EXPECT_NEAR(on_top, 50, 13);
 }
 
-// One place says little of the others; the scene's own are not overruled, and too wide a tool rests
-// nowhere: then the question is where the tool would meet the object.
+// One place says little about the others. Places in the scene are kept. A tool that is too wide
+// fits nowhere: then the place where the tool would meet the object is used.
 TEST(ReachablePlacesTest, DecideForTheWholeObject) {
   Scene scene = Rectangle();
   scene.tool->width = kWidth;

@@ -29,7 +29,8 @@ TEST(RichardsonTest, FindsLimitAndOrderOfAnExactSequenceWhateverTheRatios) {
   }
 }
 
-// A second power in the error makes the observed order only nearly right: the bar has to say so.
+// A second power in the error makes the observed order only approximate; the stated uncertainty
+// must include this.
 TEST(RichardsonTest, BarCoversTheTruthOfMixedOrders) {
   std::mt19937 random(7);
   std::uniform_real_distribution<double> uniform(-1, 1);

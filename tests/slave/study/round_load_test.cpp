@@ -24,8 +24,8 @@ constexpr double kRadius = 0.011;
 const Vector3d kPlace(0.029, 0.031, 0.06);
 
 // Reference: means over a disc of radius a: 1, the centre, and of x^2 about it a^2 / 4. Tolerance:
-// the steps of a 64th of an edge leave 1e-3 of the disc's moments at the coarsest mesh; measured
-// 3e-4.
+// with steps of a 64th of an edge the error of the disc's moments is 1e-3 on the coarsest mesh;
+// measured 3e-4.
 TEST(RoundLoadTest, MeansOverTheDiscAreTheDiscs) {
   for (const int cells : {3, 7, 12}) {
     for (const bool quadratic : {false, true}) {

@@ -1,5 +1,5 @@
-// Whether a study states the error of what runs: the estimates of a simulated session without
-// noise, at its deepest image, against the simulator's force.
+// Tests that a study states the error of the running estimator: compares the estimates of a
+// simulated session without noise, at the deepest image, with the simulator's force.
 #include <cmath>
 #include <cstdio>
 #include <memory>
@@ -21,8 +21,8 @@
 namespace palpate::study {
 namespace {
 
-constexpr double kFactor = 1.3;    // that a stated error may be off
-constexpr double kOfTruth = 6e-4;  // of the force: what the simulators are good for
+constexpr double kFactor = 1.3;    // allowed factor between stated and true error
+constexpr double kOfTruth = 6e-4;  // relative accuracy of the simulators' forces
 
 Scene Shipped(const std::string& name, const std::vector<std::string>& overrides) {
   Scene scene = LoadScene(SourcePath("/deploy/scenes/" + name + ".yaml"), overrides);
@@ -30,7 +30,8 @@ Scene Shipped(const std::string& name, const std::vector<std::string>& overrides
   return scene;
 }
 
-// The error with one camera is of the model's answer at the true depth, which leaves the image out.
+// With one camera the error is that of the model's answer at the true depth, without errors of the
+// image.
 double RunningError(const Scene& scene) {
   const auto environment = MakeSimulatedEnvironment(scene);
   EnvironmentPlayer player(*environment, scene);

@@ -141,7 +141,8 @@ TEST(StudyTest, BudgetIsRespectedAndTheRestListedWithItsCost) {
   const double began = scenario.clock;
   const StudyResult study = RunStudy(fake::Square(), settings, scenario.Make());
   EXPECT_FALSE(study.complete);
-  // Costs are only expected: the first of an order may come dearer than thought, once.
+  // Costs are estimated in advance: once, the first model of an order may be more expensive than
+  // estimated.
   EXPECT_LE(scenario.clock - began, settings.budget_s * 1.5);
   EXPECT_GE(Count(study, Outcome::kAnswered), 10U);
   double left_out = 0;
@@ -208,8 +209,8 @@ TEST(StudyTest, StopEndsItWithWhatThereIs) {
   EXPECT_EQ(scenario.made, 5);
 }
 
-// An element longer than the tool sees a wider one. Where the stiffness grows with the width, an
-// answer that happens to be right is no sign of accuracy.
+// An element longer than the tool acts like a wider tool. If the stiffness grows with the width, an
+// answer may be right by chance.
 TEST(StudyTest, LuckyCancellationIsNotAccuracy) {
   StudyRow row;
   row.outcome = Outcome::kAnswered;

@@ -52,7 +52,7 @@ class ToolConformance : public SolveFiles {
   double Solved(const std::string& scene, const std::string& tool, const std::string& contacts) {
     const std::vector<Row> rows = Solve(scene + "tool: " + tool + "\n", contacts, "");
     if (rows.size() != 1) return std::nan("");
-    double work = 0, way = 0;  // the force along the way
+    double work = 0, way = 0;  // the force along the path
     for (const char axis : {'x', 'y', 'z'}) {
       const double moved = rows[0].at(std::string("d") + axis);
       work += rows[0].at(std::string("f") + axis) * moved;
@@ -63,14 +63,14 @@ class ToolConformance : public SolveFiles {
   double Studied(const std::string& scene, const std::string& tool) {
     const auto file = Write("studied.yaml", scene + "tool: " + tool + "\n");
     Scene loaded = LoadScene(file, {}, SceneUse::kSolve);
-    loaded.model.decision.reason = "given";  // answers without a reference, which takes seconds
+    loaded.model.decision.reason = "given";  // skips the reference, which takes seconds
     const auto own = study::StudyOwn(std::move(loaded), study::DefaultModelFactory());
     EXPECT_EQ(own.row.outcome, study::Outcome::kAnswered) << own.row.reason;
     return own.row.answers.empty() ? std::nan("") : own.row.answers.front().full.value;
   }
 };
 
-// Reference: each other. Tolerance: what iterations leave.
+// Reference: the commands must agree. Tolerance: the residual of the iterations.
 TEST_F(ToolConformance, CommandsPressAlike) {
   struct Case {
     std::string scene, press;
@@ -96,9 +96,9 @@ TEST_F(ToolConformance, CommandsPressAlike) {
   }
 }
 
-// Reference: bricks of another program with the contact's complementarity, graded to the contact:
-// 0.6642 and 0.6631 N by two meshes, without friction; Hertz' half-space takes 0.556 N. Tolerance
-// of 10 %: three to five elements lie under the tool.
+// Reference: hexahedra of another program with complementarity in the contact, refined at the
+// contact, without friction: 0.6642 and 0.6631 N on two meshes. Hertz's half-space gives 0.556 N.
+// Tolerance of 10 %: three to five elements lie under the tool.
 TEST_F(ToolConformance, ARoundToolIsRoundInEveryKindOfVolume) {
   const char* tool = "{shape: round, radius: 20 mm}";
   EXPECT_NEAR(Solved(Block("{kind: fem-green, contact: frictionless}", 18), tool, kVolumePress),

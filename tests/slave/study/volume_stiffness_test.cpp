@@ -22,11 +22,11 @@ Press OnTop(double x, double y) {
   return {{x, y, kSide}, -Eigen::Vector3d::UnitZ(), Eigen::Vector3d::UnitX()};
 }
 
-// References, per depth: a bonded rigid disc on a half-space takes E w ln(3 - 4 nu) / ((1 + nu)
-// (1 - 2 nu)) (Spence, Proc. R. Soc. A 305, 1968), Boussinesq's flat punch that slides on it
-// E w / (1 - nu^2). Tolerance: under a tool of a twentieth of the cube its floor adds
-// (1 + nu) (3 - 2 nu) / (2 pi) 1.13 w / side = 2.8 %, the free sides take some of that away, and
-// the mesh is good to 1 %.
+// References for the force per depth: a bonded rigid disc on a half-space needs E w ln(3 - 4 nu) /
+// ((1 + nu) (1 - 2 nu)) (Spence, Proc. R. Soc. A 305, 1968), Boussinesq's flat punch without
+// friction needs E w / (1 - nu^2). Tolerance: with a tool of a twentieth of the cube the fixed
+// bottom adds (1 + nu) (3 - 2 nu) / (2 pi) 1.13 w / side = 2.8 %, the free sides reduce this, and
+// the mesh is accurate to 1 %.
 TEST(VolumeStiffness, OfASmallToolIsThatOnAHalfSpace) {
   const double w = kSide / 20;
   for (const auto& [law, half_space] :

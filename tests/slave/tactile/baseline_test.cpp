@@ -12,7 +12,8 @@ constexpr int kRest = 50;  // samples
 
 class BaselineTest : public ::testing::Test {
  protected:
-  // Electrodes `moved` from where they began, half of them the other way, with a count of noise.
+  // Returns a reading with electrodes changed by `moved`, half of them in the opposite direction,
+  // with noise of one count.
   FingerReading Reading(double moved) {
     FingerReading reading;
     reading.present = true;
@@ -46,8 +47,10 @@ class BaselineTest : public ::testing::Test {
 
 TEST_F(BaselineTest, ALargeDriftGoesOnWhileNothingShowsIt) {
   Rest(0.1);
-  EXPECT_LT(ErrorAfter(60, 0.1), 2.5);  // of 8.5 counts from the middle of the rest samples
-  // Of a slope through 50 samples, 12 / 50^3 of the noise's 0.89 counts^2, after 60 samples.
+  // Of 8.5 counts of drift from the middle of the rest samples.
+  EXPECT_LT(ErrorAfter(60, 0.1), 2.5);
+  // The variance of a slope through 50 samples is 12 / 50^3 of the noise's 0.89 counts^2;
+  // extrapolated by 60 samples.
   EXPECT_NEAR(rest_.variance(), 0.29, 0.1);
 }
 
@@ -63,8 +66,8 @@ TEST_F(BaselineTest, ADriftIsNotTakenToGoOnForAsLongAsSomethingIsHeld) {
 }
 
 // Reference: the spread of the extrapolated baseline over simulations of the same large drift.
-// Tolerance: it is extrapolated from the last sample, not from the middle of the rest samples,
-// whose distance is 4 % more; and 4 % of the noise's variance are lost to the fit.
+// Tolerance: the code extrapolates from the last sample instead of the middle of the rest samples,
+// whose distance is 4 % larger; and the fit absorbs 4 % of the noise's variance.
 TEST_F(BaselineTest, TheVarianceOfADriftThatGoesOnIsThatOfSimulations) {
   constexpr int kRuns = 300, kAhead = 1000;
   double sum = 0, squares = 0, stated = 0;

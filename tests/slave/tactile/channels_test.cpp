@@ -97,7 +97,8 @@ TEST_P(ChannelSensorTest, ASampleOfAnotherCountHasNoForce) {
   EXPECT_EQ(fingertip_.touch().check, FailedCheck::kElectrode);
 }
 
-// A driver that repeats itself, with a network that states no longest constant.
+// A driver that repeats its samples, with a network file that does not state the longest constant
+// time.
 TEST_P(ChannelSensorTest, AFrozenDriverIsFlaggedWithoutAKey) {
   FingerReading reading;
   for (int i = 0; i < 60; ++i) {
@@ -113,7 +114,7 @@ TEST_P(ChannelSensorTest, AFrozenDriverIsFlaggedWithoutAKey) {
 
 INSTANTIATE_TEST_SUITE_P(Counts, ChannelSensorTest, ::testing::Values(1, 2, 16, 19, 60, 256));
 
-// Noise below the resolution leaves a channel constant for as long as it likes.
+// With noise below the resolution a channel may be constant for any time.
 TEST(StuckElectrodesTest, ChannelsOfACoarseResolutionAreNotFrozen) {
   std::mt19937 random(2);
   std::normal_distribution<double> noise(0.3, 0.3);

@@ -67,8 +67,8 @@ class MeanNetwork final : public ForceNetwork {
   NetworkInfo info_;
 };
 
-// Reports a contact in the middle of the pad when E4 has changed by five counts. E5 reports
-// saturation.
+// Reports a contact at the centre of the pad when E4 has changed by five counts. A change of E5
+// simulates saturation.
 class PadLocaliser final : public Localiser {
  public:
   explicit PadLocaliser(double radius = 7e-3) : radius_(radius) {}
@@ -92,7 +92,7 @@ class PadLocaliser final : public Localiser {
   double radius_;
 };
 
-// What a fingertip with these forces [N] on the object would show to MeanNetwork and PadLocaliser,
+// Returns a reading from which MeanNetwork and PadLocaliser find this force [N] on the object,
 // above rest values of 3000 counts.
 inline FingerReading ReadingOf(const Eigen::Vector3d& force_F, bool active) {
   FingerReading reading;

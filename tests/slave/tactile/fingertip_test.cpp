@@ -71,7 +71,7 @@ TEST_F(FingertipTest, AnIntermittentContactDoesNotFlicker) {
 
 TEST_F(FingertipTest, AForceWithinTheNetworksErrorIsNoTouch) {
   Rest(10);
-  // Half of |sigma| = 0.02 sqrt(3) begins a touch, a quarter ends it.
+  // A contact begins at half of |sigma| = 0.02 sqrt(3) and ends at a quarter.
   Press({0, 0, -0.016}, 20);
   EXPECT_FALSE(fingertip_.touch().touching);
   Press({0, 0, -0.019}, 20);
@@ -99,8 +99,8 @@ TEST_F(FingertipTest, ASilentFingertipIsStaleThenLostAndItsWindowStartsAgain) {
   EXPECT_TRUE(fingertip_.touch().force_F.has_value());
 }
 
-// Up to two missing samples are interpolated, with a sigma that grows. The window is filled as if
-// they had come.
+// Up to two missing samples are interpolated, with a sigma that grows. The window is filled with
+// the interpolated samples.
 TEST_F(FingertipTest, AFewMissingSamplesAreMadeUpFor) {
   Rest(10);
   Press({0, 0, -0.4}, 10);
@@ -225,8 +225,8 @@ TEST_F(FingertipTest, NoSampleAllocates) {
   EXPECT_EQ(AllocationCount() - before, 0);
 }
 
-// Five samples without noise flag a driver that repeats its sample. Electrodes that never had noise
-// are flagged after the longest constant time of the training.
+// Five samples without noise flag a driver that repeats its sample. Electrodes that never showed
+// noise are flagged after the longest constant time in the training data.
 TEST(StuckElectrodesTest, ASilencedNoiseIsAFrozenSample) {
   StuckElectrodes noisy(100, kElectrodeCount), quiet(100, kElectrodeCount);
   FingerReading reading, same;

@@ -24,7 +24,7 @@ class RestValues {
   }
   [[nodiscard]] bool known() const noexcept { return taken_ >= wanted_; }
   void Reset() noexcept { sum_.fill(0), taken_ = 0; }
-  // Counts minus rest. Call when known.
+  // Returns counts minus rest values. Call only when the rest values are known.
   [[nodiscard]] TactileSignals Change(const FingerReading& reading) const noexcept {
     TactileSignals change{};
     for (std::size_t i = 0; i < kElectrodeCount; ++i) {

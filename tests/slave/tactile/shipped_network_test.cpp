@@ -59,7 +59,7 @@ TEST(ShippedNetworkTest, EstimatesForcesOfTheSimulatedFingertip) {
 
 // A pad that lies along a block of foam touches a wider area than a sphere at the same force. A
 // network that was trained on spheres alone estimated a quarter too little, with a small sigma. The
-// tolerance is three sigma, a tenth as a rule.
+// tolerance is three sigma, typically 10 %.
 TEST(ShippedNetworkTest, EstimatesGentleContactsThatAreWiderThanSpheres) {
   constexpr double kPeriod = 0.01;  // [s]
   constexpr std::size_t kTouches = 60, kSettled = 120, kAll = 250;

@@ -108,7 +108,7 @@ TEST_F(SignalModelTest, APressureThatIsNotThatOfTheElectrodesDisagrees) {
   EXPECT_GT(std::abs(model_.pressure_residual()), 5);
 }
 
-// Three times the usual noise: what is used has less of it than what was read.
+// With three times the usual noise, the filtered values have less noise than the readings.
 TEST_F(SignalModelTest, NoiseIsTakenOffAsFarAsItIsMoreThanUsual) {
   noise_ = std::normal_distribution<double>(0, 2.7);
   double read = 0, used = 0;

@@ -1,5 +1,5 @@
-// CompareForces on set-ups whose fault is known. The truth is what the test put in: known loads, a
-// map that the set-up applies to them, and errors of the size that its sigma states.
+// Tests CompareForces on set-ups with a known fault. The test defines known loads, a matrix that
+// the set-up applies to them, and errors of the size stated by sigma.
 #include "slave/verify/compare_forces.h"
 
 #include <array>
@@ -73,7 +73,8 @@ std::vector<ForceRow> Session(Sensor sensor, unsigned seed, const Fault& fault) 
       one.estimated =
           (1 + common) * (fault.map * known) + of_load + 0.01 * force * noise() + fault.offset;
       one.p_estimated = Vector3d(0.01, 0.02, 0) + fault.position_scale * place + 5e-6 * noise();
-      one.sigma = std::hypot(fault.sigma_scale * 0.03, 0.01) * force;  // the load is known to 1 %
+      // The loads have an uncertainty of 1 %.
+      one.sigma = std::hypot(fault.sigma_scale * 0.03, 0.01) * force;
       session.push_back(one);
     }
   }
@@ -103,7 +104,7 @@ Finding FindingOf(const ForceComparison& card, const char* key) {
   return card.line(key).finding;
 }
 
-// Tolerance: 5 % of the cards, which is what intervals of 95 % permit.
+// Tolerance: 5 % of the reports, which intervals of 95 % permit.
 TEST(CompareForcesTest, ACorrectSetUpPassesWithEverySensor) {
   for (const Sensor sensor : kSensors) {
     constexpr unsigned kSeeds = 60;
@@ -126,8 +127,8 @@ Matrix3d Swap() {
   return swap;
 }
 
-// What a fault makes wrong on the card, what it leaves right, and a part of the cause that is
-// named.
+// The lines of the report that a fault makes wrong, those that stay right, and a part of the named
+// cause.
 struct KnownFault {
   const char* name;
   std::vector<Sensor> sensors;
@@ -297,7 +298,7 @@ TEST(CompareForcesTest, AModulusInTheWrongPowerOfTenIsNamed) {
   }
 }
 
-// A force of any source that is ten times too large is no force known in kgf.
+// A force that is ten times too large must not be explained by the unit kgf.
 TEST(CompareForcesTest, AUnitIsNamedOnlyIfTheIntervalHasIt) {
   for (unsigned seed = 1; seed <= 8; ++seed) {
     const auto session = Session(Sensor::kPlate, seed, Mapped(10.4 * kOne));

@@ -1,5 +1,5 @@
-// CompareForces on records that were corrupted in a known way. The truth is what the test put in:
-// independent random signals and errors for each case.
+// Tests CompareForces on records with a known corruption. Each case has independent random signals
+// and errors.
 #include <cmath>
 #include <functional>
 #include <map>
@@ -91,8 +91,8 @@ std::string TextOf(const ForceComparison& comparison) {
   return text;
 }
 
-// A corruption of a record, the lines that must be wrong (besides them at most sigma and
-// `permitted`), and the size of the first one with its relative tolerance.
+// A corruption of a record, the lines that must be wrong (other lines may be wrong only if they are
+// sigma or `permitted`), and the size of the first line with its relative tolerance.
 struct Corruption {
   const char* name;
   std::function<std::vector<ForceRow>(unsigned seed)> record;

@@ -63,9 +63,9 @@ Spread SpreadOf(const Curve& points, const Distance& distance) {
   return spread;
 }
 
-// Reference: the edges as drawn, every phase of the pixels at once by the slopes; the contour to be
-// refined is off by up to 3 px. Tolerance: the aim of 0.05 px; without texture, since the mean of a
-// texture that differs along the edge moves it in earnest.
+// Reference: the drawn edges; their slopes cover every position relative to the pixels. The initial
+// contour has an error of up to 3 px. Tolerance: the target of 0.05 px, without texture, since a
+// texture that varies along the edge really moves its mean position.
 TEST(EdgeRefinementTest, BlurredStraightEdgesAreFoundToATwentiethOfAPixel) {
   for (const double angle : {0.03, 0.2, 0.6}) {
     for (const double blur : {0.5, 0.8, 1.2}) {
@@ -217,8 +217,9 @@ TEST(RestContourTest, StartsThatLeadNowhereAreRefused) {
   EXPECT_THAT(message(eight, image), testing::HasSubstr("intersected itself"));
 }
 
-// A user states where the object is, but not how large it is. Reference: the drawn disc and block;
-// 2 % of the area is a pixel of the radius, and the block's rounded corners take off 5 %.
+// A user states the object's position but not its size. Reference: the drawn disc and block; 2 % of
+// the area corresponds to one pixel of the radius, and the block's rounded corners reduce the area
+// by 5 %.
 TEST(RestContourTest, AStartMayBeOffByFortyPercentInRadius) {
   for (const bool disc : {true, false}) {
     const TestImage painting = disc ? Embryo() : Block();
@@ -237,9 +238,9 @@ TEST(RestContourTest, AStartMayBeOffByFortyPercentInRadius) {
   }
 }
 
-// Reference: the drawn pose. The block lies 7 px and 3 degrees from where the scene says, a tool
-// covers a piece of its edge. Tolerance 0.02 px: a whole pixel costs 2 % of the force of a 5 mm
-// press, this 0.04 %.
+// Reference: the drawn pose. The block is displaced by 7 px and 3 degrees from the scene's pose,
+// and a tool covers a part of its edge. Tolerance 0.02 px: a whole pixel costs 2 % of the force of
+// a 5 mm press, this 0.04 %.
 TEST(FitOutlineTest, FindsWhereTheBlockReallyIs) {
   Camera camera;
   camera.pixel = 0.35e-3;
@@ -304,9 +305,9 @@ Curve AroundBlock(double w, double h, const Off& off) {
   return points;
 }
 
-// Reference: where the edge was drawn. Noise of single points averages out: of forty fits through
-// 0.1 px of it the top's ends and middle are off by a hundredth or two, and stated within twice
-// that, since two hundred points cannot rule out that they share as much.
+// Reference: where the edge was drawn. Noise of single points averages out: in forty fits with 0.1
+// px of noise the errors at the top's ends and centre are 0.01 to 0.02 px. The stated sigma may be
+// twice as large, since two hundred points cannot exclude a common error of this size.
 TEST(FitOutlineTest, SigmaIsByHowMuchTheEdgeIsElsewhere) {
   Camera camera;
   camera.pixel = 1e-3;

@@ -25,7 +25,7 @@ TEST(GreyFormatTest, LevelsOfEveryAcceptedType) {
   EXPECT_EQ(Level(cv::Mat(4, 4, CV_16UC3, cv::Scalar::all(1000))), 1000);
 }
 
-// Images cut out of larger ones have rows that do not follow each other in memory.
+// The rows of an image cut out of a larger one are not contiguous in memory.
 TEST(GreyFormatTest, CutOutImagesAreReadRowByRow) {
   cv::Mat large(10, 10, CV_8UC1);
   for (int k = 0; k < 100; ++k) large.data[k] = static_cast<uchar>(k);

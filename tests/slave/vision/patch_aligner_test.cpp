@@ -13,7 +13,7 @@ namespace {
 
 using Freedom = PatchAligner::Freedom;
 
-// Where the texture's place under `centre` of the first image went.
+// Returns the new position of the texture point that was at `centre` in the first image.
 Eigen::Vector2d Moved(const PatchWarp& by, const Eigen::Vector2d& centre) {
   return by.A * centre + by.p;
 }

@@ -22,8 +22,8 @@ RestEdge EdgeOf(const TestImage& painting) {
   return {first, format, FindRestContour({}, first, format, 0, false).edge};
 }
 
-// Reference: the drawn block, moved by a known way. Mean and spread over all places: 0.03 px and
-// 0.12 px at the default noise and texture.
+// Reference: the drawn block, moved by a known displacement. Mean and spread over all places: 0.03
+// px and 0.12 px at the default noise and texture.
 TEST(RestEdgeTest, EachPlaceTellsHowFarTheEdgeHasMovedAcross) {
   RestEdge edge = EdgeOf(Block());
   ASSERT_GT(edge.places().size(), 150U);

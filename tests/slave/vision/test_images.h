@@ -1,5 +1,5 @@
-// Images whose truth is known to any fraction of a pixel: a body and a bar-shaped tool on a
-// plain background, every edge an error function (a blurred step), in closed form.
+// Images with exactly known subpixel positions: a body and a bar-shaped tool on a plain background.
+// Every edge is an error function (a blurred step) in closed form.
 #pragma once
 
 #include <cstdint>
@@ -16,7 +16,7 @@ struct PaintedBody {
   enum class Shape { kRectangle, kDisc } shape = Shape::kRectangle;
   Eigen::Vector2d centre{320, 300};  // [px]
   Eigen::Vector2d half{110, 100};    // half edges [px]; disc: radius in x
-  double angle = 0;                  // [rad], clockwise to the eye
+  double angle = 0;                  // [rad], clockwise in the image
   double level = 120;
   double texture = 8;  // amplitude [grey levels]
 };
@@ -48,8 +48,8 @@ struct TestImage {
   [[nodiscard]] double LevelAt(double x, double y) const;
 };
 
-// A scene that sees such images: 1 mm per pixel, the tool 17 px wide and pointing down, tip and
-// contour tracked with the defaults.
+// A scene for such images: 1 mm per pixel, a tool 17 px wide that points down, default tracking of
+// tip and contour.
 Scene SceneForTestImages();
 
 }  // namespace palpate

@@ -66,7 +66,7 @@ TEST(TipAndContourTrackerTest, ATemplateFileIsFoundWithoutAHint) {
   EXPECT_LT((seen.p_I - painting.tool->tip).norm(), 0.05);
 }
 
-// Whatever comes mid-stream: nothing found, nothing thrown, and the next good image is seen.
+// A bad image of any kind gives no result and no exception, and the next good image is tracked.
 TEST(TipAndContourTrackerTest, BadImagesMidStreamAreFlagged) {
   const TestImage painting = Image();
   TipAndContourTracker tracking(SceneForTestImages(), painting.Render(), painting.tool->tip);

@@ -71,7 +71,7 @@ TEST(TipTrackerTest, FindsTheTipToThreeHundredthsOfAPixel) {
   EXPECT_LT(errors.rms_y, 0.03);
 }
 
-// Sigma is what the noise does; the template's own noise, frozen at start, stays within it too.
+// Sigma covers the noise of the images and the constant noise of the template.
 TEST(TipTrackerTest, SigmaTellsTheSizeOfTheErrors) {
   for (const double noise : {2.0, 6.0}) {
     const Errors errors = ErrorsOver(WithTool({160.3, 120.4}), noise);
@@ -90,7 +90,7 @@ TEST(TipTrackerTest, ObliqueToolsAreTrackedAsWell) {
   }
 }
 
-// Nothing on the bar shows its position along itself: its end is taken into the template.
+// Nothing on the bar shows its position along its axis, so its end is included in the template.
 TEST(TipTrackerTest, AToolWithoutMarksIsTrackedByItsEnd) {
   TestImage first = WithTool({160.3, 120.4});
   first.tool->marks = false;
@@ -98,8 +98,8 @@ TEST(TipTrackerTest, AToolWithoutMarksIsTrackedByItsEnd) {
   EXPECT_LT(std::max(errors.rms_x, errors.rms_y), 0.04);
 }
 
-// The object comes up against the tip, beside the tool and darker than the tool's background: the
-// place along the tool must not follow it. 0.05 px is a quarter per cent of a 20 px press.
+// The object rises around the tip; it is darker than the tool's background. The position along the
+// tool must not follow it. 0.05 px is a quarter per cent of a 20 px press.
 TEST(TipTrackerTest, AnObjectAgainstTheTipDoesNotMoveIt) {
   const TestImage free = WithTool({160.3, 120.4});
   Tracked tracked(free);
@@ -139,8 +139,8 @@ TEST(TipTrackerTest, ATipThatJumpsIsFoundAgainInTheWholeImage) {
   EXPECT_FALSE(tracked.tracker.Track(painting.Render(3)).reacquired);
 }
 
-// Something lies over the tool: a glint, a wire along it, a cover over
-// a third of it. The rest determines the position to a quarter of a pixel, 1.8 % of a 14 px press.
+// A part of the tool is covered: a glint, a wire along it, a cover over a third of it. The rest
+// determines the position to a quarter of a pixel, 1.8 % of a 14 px press.
 TEST(TipTrackerTest, WhatLiesOverTheToolDoesNotMoveTheTip) {
   const TestImage painting = WithTool({160.3, 120.4});
   struct Cover {
@@ -179,9 +179,9 @@ TEST(TipTrackerTest, ASecondPlaceAsGoodMeansLost) {
   EXPECT_FALSE(tracked.tracker.Track(twice).found);
 }
 
-constexpr double kFaint = 0.4;  // of what marks have elsewhere here
+constexpr double kFaint = 0.4;  // contrast relative to the marks in other tests
 
-// How far the template of a tool reaches beyond its tip, in a noisy image [px].
+// Returns how far the template of a tool extends beyond its tip in a noisy image [px].
 double ReachBeyond(bool has_marks, unsigned seed) {
   TestImage painting = WithTool({160.3, 120.4});
   painting.tool->marks = has_marks;
@@ -193,7 +193,8 @@ double ReachBeyond(bool has_marks, unsigned seed) {
   return tip.pixels.height - 1 - tip.anchor.y();
 }
 
-// Bands determine the tool's position in much noise, too; noise alone never passes for them.
+// Bands determine the tool's position also with strong noise; noise alone is never mistaken for
+// bands.
 TEST(TipTemplateTest, NoiseHidesNoMarksAndMakesNone) {
   for (unsigned seed = 1; seed <= 12; ++seed) {
     EXPECT_LE(ReachBeyond(true, seed), 0) << seed;

@@ -16,7 +16,8 @@ namespace {
 
 using Eigen::Vector2d;
 
-// A dark bar with lighter marks that comes from above and ends at `end_I`, before bright ground.
+// Draws a dark bar with lighter marks that comes from above and ends at `end_I`, on a bright
+// background.
 cv::Mat BarEndingAt(const Vector2d& end_I, double width) {
   TestImage image;
   image.size = {120, 160};
@@ -26,7 +27,7 @@ cv::Mat BarEndingAt(const Vector2d& end_I, double width) {
 
 class ToolEndTest : public testing::TestWithParam<double> {};
 
-// Tolerance: a quarter of a pixel, of which marks near the end take the most.
+// Tolerance: a quarter of a pixel, mainly because of marks near the end.
 TEST_P(ToolEndTest, IsSeenWhereItIsWhateverIsReported) {
   const Vector2d end(60.3, 90.4), stated = end - Vector2d(0.6 * GetParam(), GetParam());
   const cv::Mat image = BarEndingAt(end, 17);

@@ -154,7 +154,7 @@ void CheckVolumeStretch(const Family& family, const Stretch& stretch, const std:
     const double moved = Query(model, {pull}, worst)[0].displacement_O.x();
     return std::abs(moved / (stretch.strain * stretch.length) - 1);
   };
-  // What the laws for large strain add is of the order of the strain.
+  // Large-strain laws differ by the order of the strain.
   const double bound = family.bound + 2 * std::abs(stretch.strain);
   CheckBody(family, axis, value, scene, MeshObject(scene, std::nullopt), bound, ask);
 }

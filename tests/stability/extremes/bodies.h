@@ -1,4 +1,4 @@
-// Bodies whose answer is known in closed form, and how an answer is judged against it.
+// Bodies with closed-form solutions, and the comparison of an answer with them.
 #pragma once
 
 #include <array>
@@ -13,7 +13,7 @@
 
 namespace palpate::extremes {
 
-// A model of the family, as a scene asks for it, and what may be demanded of it.
+// A kind of model as named in scenes, and its required accuracy.
 struct Family {
   std::string name;                        // for people
   std::string kind;                        // model.kind
@@ -42,11 +42,11 @@ Scene VolumeScene(const Family& family, const Stretch& stretch);
 Scene OutlineScene(const Family& family, const Stretch& stretch);
 Scene MembraneScene(const Family& family, double radius, double thickness, double E, double nu);
 
-// How many cells were accurate within their bound, flagged, refused with a reason, and WRONG.
+// Counts of cases that were accurate within their bound, flagged, refused with a reason, and WRONG.
 std::map<std::string, int>& Outcomes();
 
-// Runs one cell: builds the model, lets `ask` question it, and judges. `ask` returns the relative
-// error and leaves the worst validity in its second argument. Exceptions of std::invalid_argument
+// Runs one case: builds the model, calls `ask` and evaluates the result. `ask` returns the relative
+// error and writes the worst validity to its second argument. Exceptions of std::invalid_argument
 // are refusals; any other fault is wrong.
 using PressSpec = std::function<double(DeformationModel& model, Validity* worst)>;
 void CheckBody(const Family& family, const std::string& axis, const std::string& value,
@@ -58,9 +58,9 @@ void CheckVolumeStretch(const Family& family, const Stretch& stretch, const std:
 void CheckOutlineStretch(const Family& family, const Stretch& stretch, const std::string& axis,
                          const std::string& value);
 
-// Answers `contacts`; the first validity that is not kValid stays in `worst`. Throws: a failure
-// with its reason as std::invalid_argument, one without and what is not finite as
-// std::runtime_error.
+// Queries the model with `contacts`; the first validity that is not kValid is kept in `worst`.
+// Throws std::invalid_argument for a failure with a reason, and std::runtime_error for a failure
+// without one or a value that is not finite.
 std::vector<ContactResponse> Query(DeformationModel& model, const std::vector<Contact>& contacts,
                                    Validity* worst);
 

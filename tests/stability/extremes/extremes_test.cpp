@@ -40,7 +40,7 @@ void CheckStretches(const Stretch& stretch, const std::string& axis, const std::
   for (const Family& f : Outlines()) CheckOutlineStretch(f, stretch, axis, value);
 }
 
-// Reference: u = F L / (E A), see bodies.h; dimensional analysis besides.
+// Reference: u = F L / (E A), see bodies.h, and dimensional analysis.
 TEST(Extremes, LengthAndModulus) {
   for (const double length : kLengths) {
     for (const double E : Fine({1, 1e6, 1e12}, kModuli)) {
@@ -62,7 +62,7 @@ TEST(Extremes, ElementAspect) {
   }
 }
 
-// Up to and beyond what turns elements inside out.
+// Up to and beyond the load that inverts elements.
 TEST(Extremes, Load) {
   for (const double strain : {1e-12, 1e-6, 1e-3, 0.05, 1.0, 10.0, 1e6, -0.05, -0.5, -1.0, -10.0}) {
     CheckStretches({.strain = strain}, "load / (E A)", Text(strain));
@@ -117,8 +117,9 @@ std::vector<Contact> RandomLoads(const std::vector<Vector3d>& places, double for
   return loads;
 }
 
-// Reference: the problem turned round: the displacements that loads cause, prescribed, must take
-// those loads. Bound: the residual of the answers times the condition of the capacitance matrix.
+// Reference: the inverse problem: if the displacements caused by loads are prescribed, they must
+// give these loads. Bound: the residual of the answers times the condition of the capacitance
+// matrix.
 double ThereAndBack(DeformationModel& model, const std::vector<Contact>& loads, Validity* worst) {
   const auto moved = Query(model, loads, worst);
   std::vector<Contact> contacts = loads;
@@ -153,7 +154,7 @@ TEST(Extremes, SimultaneousContacts) {
   }
 }
 
-// What is held can be asked to stay where it is.
+// A contact on a supported node with zero displacement is accepted.
 TEST(Extremes, HeldNodesStay) {
   for (const Family& f : Volumes()) {
     const Scene scene = VolumeScene(f, {});
@@ -165,7 +166,7 @@ TEST(Extremes, HeldNodesStay) {
   }
 }
 
-// Reference: the linear element's stiffness by hand: nodes 0 to 2 held, the apex pulled along z
+// Reference: the linear element's stiffness by hand: nodes 0 to 2 fixed, the apex pulled along z
 // gives F = (lambda + 2 mu) / 6 u for the unit tetrahedron (reference d, rational stiffness).
 TEST(Extremes, SingleElement) {
   const SolidMesh mesh{{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, 0, 1}}, {{0, 1, 2, 3}}};
@@ -183,8 +184,8 @@ TEST(Extremes, SingleElement) {
   }
 }
 
-// Reference: energy. A body that is let go never swings beyond twice its static deflection, and
-// implicit Euler only takes energy away; at the smallest steps it has hardly moved at all.
+// Reference: energy. A body under a sudden load never moves beyond twice its static deflection, and
+// implicit Euler only removes energy. With the smallest steps it has hardly moved.
 TEST(Extremes, TimeStepDensityAndModulus) {
   for (const Family& f : Volumes()) {
     if (f.kind != "fem") continue;
@@ -274,7 +275,7 @@ TEST(Extremes, MembraneContacts) {
   }
 }
 
-// Everything at once, drawn at random with a fixed seed.
+// All parameters at once, drawn at random with a fixed seed.
 TEST(Extremes, Combinations) {
   std::mt19937 random(5);
   const auto pick = [&](const std::vector<double>& from) {

@@ -13,7 +13,7 @@ from lerobot_robot_palpate.sensor import WrenchSensor
 @dataclass(kw_only=True)
 class PalpateWrenchConfig(RobotConfig):
     """--robot.type=palpate_wrench --robot.robot.type=so101_follower --robot.target=127.0.0.1:50051"""
-    robot: RobotConfig  # that moves
+    robot: RobotConfig  # the robot that moves
     target: str = "127.0.0.1:50051"  # the slave
     tls: str | None = None  # folder of certificates
     frame: str = "palpate_slave"  # name of frame S

@@ -43,7 +43,7 @@ class WrenchSensor:
         self._target, self._tls, self.frame = target, tls, frame
         self._changed = threading.Condition()
         self._newest: Wrench | None = None
-        self._given = -math.inf  # when the value arrived that async_read returned last
+        self._returned_at = -math.inf  # arrival time of the value that async_read returned last
         self._failure: Exception | None = None
         self._slave: palpate.Slave | None = None
         self._thread: threading.Thread | None = None
@@ -100,12 +100,12 @@ class WrenchSensor:
         self._require_connected()
         with self._changed:
             arrived = self._changed.wait_for(lambda: self._failure is not None or
-                                             (self._newest is not None and self._newest.taken_at > self._given), timeout_ms / 1000)
+                                             (self._newest is not None and self._newest.taken_at > self._returned_at), timeout_ms / 1000)
             if self._failure is not None:
                 raise self._failure
             if not arrived or self._newest is None:
                 raise TimeoutError(f"no wrench within {timeout_ms:g} ms")
-            self._given = self._newest.taken_at
+            self._returned_at = self._newest.taken_at
             return self._newest.observation(time.perf_counter())
 
     def read_latest(self) -> tuple[dict[str, float], float]:
@@ -126,8 +126,8 @@ class WrenchSensor:
     def send_feedback(self, teleoperator: Any) -> dict[str, float]:
         """Sends the force to a teleoperator that renders one, and returns what was sent.
 
-        Those of wrench.fx to wrench.tz that its `feedback_features` name. A force that is not valid or stale is sent as zero.
-        Raises ValueError: it renders no force.
+        It sends those of wrench.fx to wrench.tz that its `feedback_features` contain. A force that is not valid or
+        stale is sent as zero. Raises ValueError: it renders no force.
         """
         wanted = [f"wrench.{axis}" for axis in AXES if f"wrench.{axis}" in teleoperator.feedback_features]
         if not wanted:
@@ -157,7 +157,7 @@ class WrenchSensor:
                         self._changed.notify_all()
                 if self._ends.is_set():
                     return
-        except Exception as error:  # of the connection: whoever reads gets it
+        except Exception as error:  # an error of the connection; the next read raises it
             if not self._ends.is_set():
                 with self._changed:
                     self._failure = error

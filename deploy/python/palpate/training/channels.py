@@ -1,4 +1,4 @@
-"""What the channels of any sensor do, for the checks of its samples (key `channels` of network.json)."""
+"""Ranges and correlations of a sensor's channels, which the slave's checks use (key `channels` of network.json)."""
 from __future__ import annotations
 
 import dataclasses
@@ -9,22 +9,22 @@ import numpy.typing as npt
 
 from palpate.training.recordings import Array, Recording
 
-NOISES = 6  # rms of a residual without contact, which noise alone does not exceed
-MARGIN = 1.5  # of the largest values, which other contacts may exceed
+NOISES = 6  # noise alone does not exceed this many rms of a residual without contact
+MARGIN = 1.5  # factor on the largest recorded values, because other contacts may exceed them
 MIN_BASELINES = 2
 
 
 @dataclasses.dataclass
 class ChannelPattern:
-    """In the unit of the channels; margins included."""
-    expectation: Array  # N x N: the best linear expectation of each channel by the others
+    """Values are in the unit of the channels and include the margins."""
+    expectation: Array  # N x N: the best linear prediction of each channel from the others
     tolerance: Array
-    relative_tolerance: Array  # of the rms of the others [-]
+    relative_tolerance: Array  # relative to the rms of the other channels [-]
     below: Array
     above: Array
     second_difference: Array
-    baseline: Array = dataclasses.field(default_factory=lambda: np.zeros(0))  # mean; empty: there are too few
-    baseline_force: float = 0.0  # largest force that the network gives for one of them [N]
+    baseline: Array = dataclasses.field(default_factory=lambda: np.zeros(0))  # mean baseline; empty: there are too few
+    baseline_force: float = 0.0  # largest force that the network estimates for one of the baselines [N]
 
     def arrays(self) -> dict[str, Array]:
         return {key: getattr(self, key) for key in ("expectation", "tolerance", "relative_tolerance", "below", "above",
@@ -38,7 +38,7 @@ class ChannelPattern:
 
 
 def baselines_of(recordings: Sequence[Recording]) -> Array:
-    """One of each file, n x N."""
+    """Returns one baseline per file, n x N."""
     return np.stack(list({r.file.resolve(): r.baseline for r in recordings}.values()))
 
 
@@ -51,7 +51,8 @@ def _expectation(x: Array, noise: float) -> Array:
 
 def learn_channels(recordings: Sequence[Recording], x: Array, at_rest: npt.NDArray[np.bool_], part: npt.NDArray[np.int64],
                    noise: float) -> ChannelPattern:
-    """`x`: changes of contacts, n x N, each in a `part`, whose residuals are those of an expectation by the other parts."""
+    """`x`: changes of the channels in contact, n x N. Each sample belongs to a `part`; its residual is that of a
+    prediction learnt from the other parts."""
     residual = np.empty_like(x)
     for p in np.unique(part):
         own = part == p

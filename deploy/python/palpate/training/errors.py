@@ -10,7 +10,7 @@ from palpate.training.recordings import Array
 
 CONTACT_SHARE = 0.02  # contact: force above this share of the largest one
 WITHIN = 0.6827  # share of the errors within one sigma
-SAME_SIZES = 1e-6  # relative spread below which forces have one size
+SAME_SIZES = 1e-6  # relative spread below which all forces count as equal
 
 
 @dataclasses.dataclass(frozen=True)
@@ -20,14 +20,15 @@ class ErrorLaw:
     relative: float = 0.0  # [-]
 
     def at(self, size: Array) -> Array:
-        """One sigma of a force of this size [N]."""
+        """Returns one sigma for forces of this magnitude [N]."""
         return np.sqrt(self.growing * size + self.relative**2 * size**2)
 
 
 def fit_law(square: Array, size: Array) -> ErrorLaw:
     """`square`: squared errors [N^2], `size`: magnitudes of the forces [N], > 0. Errors that are not finite are not used.
 
-    The growth follows from the mean squares relative to |f| and to |f|^2, the height from the share of errors within it.
+    The ratio of the two terms follows from the mean squares relative to |f| and to |f|^2. The law is then scaled so
+    that it contains the share WITHIN of the errors.
     """
     used = np.isfinite(square)
     square, size = square[used], size[used]
@@ -51,7 +52,7 @@ def fit_law(square: Array, size: Array) -> ErrorLaw:
 
 @dataclasses.dataclass(frozen=True)
 class ForceErrors:
-    """Per axis, frame F. NaN: not known."""
+    """Errors per axis, frame F. NaN: not known."""
     count: int
     rmse: Array  # [N]
     smse: Array  # mean squared error / variance of the measured values
@@ -95,7 +96,7 @@ def compare_forces(estimated: Array, measured: Array) -> ForceErrors:
 
 
 def force_table(tested: list[tuple[str, ForceErrors]]) -> str:
-    """The paper's table I."""
+    """Formats the errors as table I of the paper."""
     table = ("                 RMSE [mN]                     SMSE\n"
              "              fx       fy       fz        fx       fy       fz\n")
     for name, errors in tested:

@@ -1,4 +1,4 @@
-"""The networks (paper B, figure 6, and two for comparison), their training, and network.json."""
+"""Force networks (paper B, figure 6, and two for comparison), their training, and the file network.json."""
 from __future__ import annotations
 
 import dataclasses
@@ -24,14 +24,15 @@ FORGET_BIAS = 1.0
 TRACE_TIMES = (0.02, 0.06, 0.3, 1.0, 3.0)  # time constants of the running means [s]
 MIN_TRACE = 0.1  # below this size the features of traces include the size
 
-QUIET_SIGNAL = 0.25  # least scale of an electrode, relative to the rms of all
-QUIET_AXIS = 0.1  # least scale of a force axis, relative to the largest
-GENTLE = 0.02  # of the largest force: below it errors of traces count nearly alike
+QUIET_SIGNAL = 0.25  # smallest scale of an electrode, relative to the rms of all
+QUIET_AXIS = 0.1  # smallest scale of a force axis, relative to the largest
+# Relative to the largest force; below it the errors of all samples have nearly the same weight (networks of traces).
+GENTLE = 0.02
 MIN_APART, MIN_UNLIKE = 1e-4, 1e-4  # added to the variance of signals and of features
 
-MAX_GRADIENT = 5.0  # longer gradients are cut to this length
+MAX_GRADIENT = 5.0  # longer gradients are clipped to this length
 MAX_VALIDATION = 4096  # windows
-EPOCH_WINDOWS, TRACED_PASSES = 16384, 8  # windows per epoch; a window of traces costs a fiftieth of one of samples
+EPOCH_WINDOWS, TRACED_PASSES = 16384, 8  # windows per epoch; passes per epoch for traces, whose windows cost a fiftieth
 ADAM_RATE, SGD_RATE = 4e-3, 0.01
 
 
@@ -48,7 +49,7 @@ class Options:
 
 @dataclasses.dataclass
 class Network:
-    """What network.json holds."""
+    """The content of network.json."""
     architecture: str
     inputs: int
     window: int
@@ -113,7 +114,7 @@ def scales_of(recordings: Sequence[Recording], windows: Windows, inputs: int) ->
         raise InputError("the electrodes are constant in all training samples")
     scale = rms[:inputs].copy()
     scale[:19] = np.maximum(scale[:19], QUIET_SIGNAL * electrodes)
-    scale[scale == 0] = 1  # not recorded, or always at rest
+    scale[scale == 0] = 1  # a channel that was not recorded or never changed
     force_scale = np.maximum(np.sqrt(squares), QUIET_AXIS * np.sqrt(squares.max()))
     scales = Scales(scale, force_scale, GENTLE * float(np.linalg.norm(forces, axis=1).max()), 1.0)
     scales.weight = 1 / math.sqrt((scales.weight_of(forces)**2).mean())
@@ -144,7 +145,8 @@ class Data:
                 signals[k] = signals[k].astype(np.float32)
                 forces[k] = forces[k] / size[:, None]
                 weights[k] = weights[k] * size
-            # A sample and its running means are nearly the same: what distinguishes them would be learnt last.
+            # A sample and its running means are nearly equal, so without this rotation their difference would be learnt
+            # last.
             values, vectors = np.linalg.eigh(self._covariance(signals, MIN_UNLIKE))
             self.mix = vectors @ np.diag(values**-0.5) @ vectors.T
             signals = [signal @ self.mix.astype(np.float32) for signal in signals]
@@ -159,7 +161,8 @@ class Data:
         return np.asarray(total) / sum(len(x) for x in signals) + floor * np.eye(signals[0].shape[1])
 
     def _replace_electrodes(self, signals: list[Array]) -> None:
-        """In every other recording one electrode, in turn, is its expectation from the others, as a stuck one is in use."""
+        """In every other recording one electrode is replaced by its prediction from the others, as the slave replaces a
+        stuck one."""
         precision = np.linalg.inv(self._covariance(signals, MIN_APART))
         for k in range(1, len(signals), 2):
             e = k // 2 % 19
@@ -203,7 +206,7 @@ class Recurrent(torch.nn.Module):
             torch.nn.init.zeros_(layer.bias_ih_l0)
             torch.nn.init.zeros_(layer.bias_hh_l0)
             layer.bias_hh_l0.data[n:2 * n] = FORGET_BIAS
-            layer.bias_hh_l0.requires_grad = False  # one bias is learnt, not two
+            layer.bias_hh_l0.requires_grad = False  # only one of the two biases is learnt
 
     def forward(self, x: torch.Tensor) -> torch.Tensor:
         for layer in self.layers:
@@ -226,7 +229,7 @@ def _numpy(tensor: torch.Tensor) -> Array:
     return values
 
 
-# torch orders the gates i, f, j (g), o; the file i, j, f, o.
+# PyTorch orders the gates i, f, j (g), o; the file orders them i, j, f, o.
 def _reorder(gates: Array) -> Array:
     i, f, j, o = np.split(gates, 4, axis=0)
     return np.concatenate([i, j, f, o])
@@ -271,7 +274,8 @@ def module_of(network: Network) -> torch.nn.Module:
 
 
 def evaluate(network: Network, recordings: Sequence[Recording], windows: Windows) -> Array:
-    """Forces at the ends of `windows`, n x 3 [N]: the window before each, or for traces all samples since its start."""
+    """Returns the forces at the ends of `windows`, n x 3 [N]. The input is the window, or for traces all samples since
+    its start."""
     module = module_of(network)
     forces = np.empty((len(windows), 3))
     with torch.no_grad():
@@ -292,7 +296,7 @@ def evaluate(network: Network, recordings: Sequence[Recording], windows: Windows
 
 
 class Deck:
-    """Windows in random order; a new order when all have been drawn."""
+    """Draws windows in random order, and reorders them when all have been drawn."""
 
     def __init__(self, rows: torch.Tensor, generator: torch.Generator) -> None:
         self.rows, self.generator, self.at = rows, generator, len(rows)
@@ -370,7 +374,7 @@ def train(recordings: Sequence[Recording], train_windows: Windows, validation_wi
 
 
 def single_precision(values: Array) -> Any:
-    """Nested lists of single-precision numbers, written with the digits that they need."""
+    """Returns nested lists of single-precision numbers with the fewest digits that identify them."""
     if values.ndim > 1:
         return [single_precision(row) for row in values]
     return [float(str(np.float32(value))) for value in values]

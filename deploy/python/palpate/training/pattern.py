@@ -15,12 +15,12 @@ NOISE2 = np.array([0.85] * 19 + [1.6])  # usual variance of the signals without 
 
 MIN_SIZE = 30.0  # signals below it are noise [counts]
 MIN_SIZE_KIND = 10.0  # size of the gentlest contact when its kind is determined [counts]
-MIN_FORCE, MAX_FORCE = 0.02, 3.0  # forces that the pattern is learnt from [N]
+MIN_FORCE, MAX_FORCE = 0.02, 3.0  # range of the forces from which the pattern is learnt [N]
 KINDS = 40
 MIN_SAMPLES = 100 * len(USED)  # samples per kind
 MAX_SAMPLES = 200_000  # samples used
 BY_DIRECTION, BY_LIKELIHOOD = 12, 8  # rounds
-FLOOR = 2e-5  # of the variance of unit signals
+FLOOR = 2e-5  # smallest variance, relative to that of unit signals
 RIDGE = 1e-6
 INFORMATIVE = 500  # samples that determine the error of a kind
 
@@ -57,7 +57,8 @@ def _likelihood_cost(x: Array, kinds: Sequence[Kind]) -> Array:
 
 
 def learn_pattern(recordings: Sequence[Recording], windows: Windows) -> Pattern | None:
-    """From the last samples of `windows`. None: fewer samples than a hundred times the number of signals."""
+    """Learns the pattern from the last samples of `windows`. None: fewer samples than a hundred times the number of
+    signals."""
     signals, forces = last_samples(recordings, windows[::len(windows) // MAX_SAMPLES + 1])
     signals = signals[:, USED]
     size, length = np.linalg.norm(forces, axis=1), np.linalg.norm(signals, axis=1)
@@ -90,7 +91,8 @@ def learn_errors(pattern: Pattern, recordings: Sequence[Recording], windows: Win
     size2 = np.maximum((signals**2).sum(axis=1) - NOISE2.sum(), MIN_SIZE_KIND**2)
     costs = np.empty((len(signals), len(pattern.kinds)))
     for k, kind in enumerate(pattern.kinds):
-        # det and inverse of size2 shape + noise, in the basis that diagonalises shape relative to the noise.
+        # Computes determinant and inverse of size2 shape + noise in the basis that diagonalises shape relative to the
+        # noise.
         scale = 1 / np.sqrt(NOISE2)
         values, vectors = np.linalg.eigh(kind.shape * np.outer(scale, scale))
         variance = size2[:, None] * values + 1

@@ -1,4 +1,5 @@
-"""Networks of any sensor's channels: the force is quadratic in them, by least squares (architecture `qnn_N`)."""
+"""Networks for the channels of any sensor: the force is quadratic in them, fitted by least squares (architecture
+`qnn_N`)."""
 from __future__ import annotations
 
 import dataclasses
@@ -13,19 +14,19 @@ from palpate.training.errors import CONTACT_SHARE, ErrorLaw, ForceErrors, compar
 from palpate.training.networks import QUIET_SIGNAL, Network
 from palpate.training.recordings import (MAX_CONSTANT, Array, InputError, Recording, Sensor, Stretch, find_contacts)
 
-MIN_SIZE = 0.1  # added to the size of the channels, as FORMAT.md says
-# Relative to the mean square of a feature. Smaller ones fit one day and not the next.
+MIN_SIZE = 0.1  # added to the size of the channels, see FORMAT.md
+# Ridge parameters relative to the mean square of a feature. With smaller ones the fit to one day fails on the next.
 RIDGES = (1e-3, 3e-3, 1e-2)
-PARTS = 5  # of the contacts, each of which is estimated from the others
+PARTS = 5  # parts of the contacts; each part is estimated by a fit to the others
 MIN_CONTACTS = 3
 COVERED = ((1, 0.6827), (2, 0.9545))  # sigmas and the share of errors within them
-MIN_NOISE = 2e-3  # of the rms of the channels
-CONSTANT = 3  # times the longest that a channel stayed the same, and it is dead
+MIN_NOISE = 2e-3  # smallest noise, relative to the rms of the channels
+CONSTANT = 3  # a channel that is constant for this many times the longest recorded constant time counts as dead
 MIN_CONSTANT = 5  # samples
 
 
 def features(x: Array) -> Array:
-    """n x 3 N of scaled channels n x N: x, x times their size, x squared."""
+    """Returns n x 3 N features of scaled channels x (n x N): x, x times the size of the sample, x squared."""
     size = np.sqrt((x**2).mean(axis=1, keepdims=True) + MIN_SIZE**2)
     return np.concatenate([x, x * size, x * x], axis=1)
 
@@ -39,7 +40,7 @@ class Samples:
 
 
 def samples_of(recordings: Sequence[Recording]) -> Samples:
-    """Every fifth contact belongs to a part; with five recordings or more every fifth recording."""
+    """Assigns every fifth contact to a part, or with five recordings or more every fifth recording."""
     contacts = find_contacts(recordings)
     if len(contacts) < MIN_CONTACTS:
         raise InputError(f"{len(contacts)} contacts: expected {MIN_CONTACTS} or more")
@@ -56,7 +57,7 @@ def samples_of(recordings: Sequence[Recording]) -> Samples:
 
 
 class Squares:
-    """Normal equations of least squares, per part."""
+    """Normal equations of the least-squares fit, one set per part."""
 
     def __init__(self, x: Array, force: Array, part: npt.NDArray[np.int64]) -> None:
         self.scale = np.sqrt((x**2).mean(axis=0))
@@ -75,7 +76,8 @@ class Squares:
 
 
 def errors_of(estimated: Array, measured: Array) -> ForceErrors:
-    """As compare_forces; sigma = sqrt(rest^2 + law^2) covers 68 % of the errors or more, and twice that 95 %."""
+    """Compares as compare_forces does, and enlarges the error law: sigma = sqrt(rest^2 + law^2) covers 68 % of the
+    errors or more, and twice that 95 %."""
     errors = compare_forces(estimated, measured)
     size = np.linalg.norm(measured, axis=1)
     square = ((estimated - measured)**2).sum(axis=1)
@@ -92,7 +94,8 @@ def errors_of(estimated: Array, measured: Array) -> ForceErrors:
 
 
 def drift_of(estimated: Array, measured: Array, age: Array) -> float:
-    """Error without contact over the time since the baseline [N/s]: as if it went on at this rate, which no recording shows."""
+    """Returns the error without contact per time since the baseline [N/s], assuming that it keeps growing at this
+    rate."""
     size = np.linalg.norm(measured, axis=1)
     rest = (size <= CONTACT_SHARE * size.max()) & (age > 0)
     square = ((estimated - measured)[rest]**2).sum()
@@ -100,14 +103,15 @@ def drift_of(estimated: Array, measured: Array, age: Array) -> float:
 
 
 def noise_of(recordings: Sequence[Recording], scale: Array) -> float:
-    """The median rms of a channel from sample to sample without contact."""
+    """Returns the median over the channels of the rms change from sample to sample without contact."""
     largest = max(float(np.linalg.norm(r.force, axis=1).max()) for r in recordings)
     steps = [np.diff(r.change, axis=0)[(np.linalg.norm(r.force, axis=1) < CONTACT_SHARE * largest)[1:]] for r in recordings]
     return float(max(np.median(np.sqrt((np.concatenate(steps)**2).mean(axis=0) / 2)), MIN_NOISE * np.sqrt((scale**2).mean())))
 
 
 def train(recordings: Sequence[Recording], test: Sequence[Recording], sensor: Sensor) -> tuple[Network, ForceErrors, float]:
-    """The network, its errors on `test`, or if there is none on contacts that the fit did not see, and the chosen ridge."""
+    """Returns the network, its errors on `test` (if empty, on contacts that were left out of the fit) and the chosen
+    ridge."""
     samples = samples_of(recordings)
     rms = np.sqrt((samples.change**2).mean(axis=0))
     if not rms.max() > 0:

@@ -17,7 +17,7 @@ from palpate.formats import what_is
 Array = npt.NDArray[np.float64]
 Windows = npt.NDArray[np.int64]  # n x 2: recording and last sample
 
-RATE = 100.0  # of the networks' samples [Hz]
+RATE = 100.0  # sample rate of the networks [Hz]
 ELECTRODES = tuple(f"E{i}" for i in range(1, 20))
 SIGNALS = (*ELECTRODES, "pac0", "pdc")
 WINDOW = 50  # samples
@@ -25,18 +25,18 @@ WINDOW = 50  # samples
 TIME_COLUMNS = ("rel_time_s", "time_s", "t_s", "t", "time", "timestamp")
 FORCE_UNITS = {"N": 1.0, "mN": 1e-3, "uN": 1e-6, "kN": 1e3, "gf": 9.80665e-3, "kgf": 9.80665, "lbf": 4.4482216152605}
 MAX_CHANNELS = 256
-MAX_CONSTANT = 5.0  # a channel that stays the same for longer says nothing about whether it works [s]
+MAX_CONSTANT = 5.0  # a channel that is constant for longer cannot be distinguished from a dead one [s]
 MAX_FORCE_GAP = 0.1  # longer gaps of a force sensor are not interpolated [s]
 OFFSET_TIME = 0.5  # mean force of this time is the force sensor's offset [s]
 TIME_UNITS = (("nanoseconds", 1e-9), ("microseconds", 1e-6), ("milliseconds", 1e-3))
 MAX_GAP = 3  # periods; a longer step is a gap
 SAME_PERIOD = 0.1  # relative difference up to which samples are used unchanged
 
-MAX_FORCE = 200.0  # a fingertip and its sensor bear less [N]
-REVERSED = 0.5  # mean fz by the mean size of the force in contact, above which the sign is that of the reaction
-PULLS = 0.1  # share of contact with fz > 0, above which it is remarked
-REST_CHANGE = 0.05  # of the largest force, which the force may change by within the rest
-REST_NOISES = 5  # rms of the force within the rest
+MAX_FORCE = 200.0  # a fingertip and its sensor would not withstand more [N]
+REVERSED = 0.5  # mean fz relative to the mean force in contact; above it the recorded force is the reaction
+PULLS = 0.1  # share of the contact with fz > 0 above which a remark is printed
+REST_CHANGE = 0.05  # largest change of the force in the time without contact, relative to the largest force
+REST_NOISES = 5  # the same limit in rms of the force without contact
 
 CONTACT_SHARE = 0.05  # contact: force above this share of the largest one
 PAUSE = 0.5  # shorter pauses belong to the contact [s]
@@ -48,9 +48,9 @@ MIN_PART = 60  # samples: a window of 50 and a few more
 
 @dataclasses.dataclass(frozen=True)
 class Sensor:
-    """What the columns of a recording are. The default: the 19 electrodes of a fingertip, with its two pressures."""
+    """Columns of a recording. Default: the 19 electrodes of a fingertip and its two pressures."""
     unit: str = ""  # of the channels; empty: electrodes
-    prefix: str = "E"  # of the channels' columns
+    prefix: str = "E"  # prefix of the channels' columns
     rate: float = RATE  # of the samples [Hz]
     normal: tuple[str, float] | None = None  # column and factor [N] of fz, the only measured force
 
@@ -92,9 +92,9 @@ class Recording:
     begin: int = 0
     end: int = 0
     constant: float = 0.0  # longest time for which a channel stayed the same [s]
-    baseline: Array = dataclasses.field(default_factory=lambda: np.zeros(0))  # that was subtracted
-    baseline_time: float = 0.0  # its middle, of the clock of t [s]
-    missing: str = ""  # pac0 or pdc where the file lacks it; that signal reads 0
+    baseline: Array = dataclasses.field(default_factory=lambda: np.zeros(0))  # the baseline that was subtracted
+    baseline_time: float = 0.0  # middle of the time over which it was averaged, in the clock of t [s]
+    missing: str = ""  # pac0 or pdc if the file lacks it; that signal is 0
 
 
 @dataclasses.dataclass(frozen=True)
@@ -164,7 +164,7 @@ class Table:
         return values
 
     def without_empty(self, column: int) -> "Table":
-        """The rows in which this column has a value."""
+        """Returns a table of the rows in which this column has a value."""
         used = copy.copy(self)
         kept = [i for i, row in enumerate(self.rows) if row[column].strip()]
         used.rows, used.lines = [self.rows[i] for i in kept], [self.lines[i] for i in kept]
@@ -204,7 +204,7 @@ def parse_argument(text: str) -> DataArgument:
 
 
 def parse_arguments(texts: Sequence[str]) -> list[DataArgument]:
-    """A folder means its CSV files in alphabetical order."""
+    """Parses arguments. A folder stands for its CSV files in alphabetical order."""
     arguments: list[DataArgument] = []
     for text in texts:
         if pathlib.Path(text).is_dir():
@@ -228,13 +228,13 @@ def refuse_repetitions(arguments: Sequence[DataArgument]) -> None:
 
 
 def fingers_of(table: Table) -> list[str]:
-    """Prefixes of the fingers in a table; an empty one for electrodes without a prefix."""
+    """Returns the prefixes of the fingers in a table; the prefix is empty for columns without one."""
     prefixes = [re.sub(r"(E|ele)1$", "", name) for name in table.names if re.search(r"(^|_)(E|ele)1$", name)]
     return list(dict.fromkeys(prefixes))
 
 
 def _signals(table: Table, finger: str) -> tuple[Array, str]:
-    """n x 21 counts and the name of a missing pressure column."""
+    """Returns n x 21 counts and the name of a missing pressure column."""
     prefixes = fingers_of(table)
     if finger:
         prefixes = [prefix for prefix in prefixes if prefix in ("", finger + "_")]
@@ -258,7 +258,7 @@ def _signals(table: Table, finger: str) -> tuple[Array, str]:
 
 
 def _channels(table: Table, finger: str, sensor: Sensor) -> Array:
-    """n x channels, in the unit of the sensor."""
+    """Returns the channels, n x channels, in the unit of the sensor."""
     where, own = f"{table.file}:{table.header}", f"{finger}_" if finger else ""
     found: dict[str, dict[int, int]] = {}
     for title in table.names:
@@ -297,7 +297,8 @@ def _longest_constant(t: Array, values: Array) -> float:
 
 
 def _force_columns(table: Table) -> list[tuple[int, float]]:
-    """Column and unit [N] of fx, fy and fz: `fx`, `fx_N`, `fx [mN]`. Raises InputError: none, or a unit that is no force."""
+    """Returns column and unit [N] of fx, fy and fz: `fx`, `fx_N`, `fx [mN]`. Raises InputError: none, or a unit that is
+    no force."""
     found: dict[str, tuple[int, float]] = {}
     for column, title in enumerate(table.names):
         match = re.fullmatch(r"f([xyz])(?: ?[\[(] ?(.*?) ?[\])]|_(\w+))?", title)
@@ -316,7 +317,7 @@ def _force_columns(table: Table) -> list[tuple[int, float]]:
 
 
 class ForceCurve:
-    """What a force sensor recorded, less the mean of its first half second."""
+    """Recorded forces of a force sensor, minus the mean of its first half second."""
 
     def __init__(self, table: Table, sensor: Sensor = Sensor()) -> None:
         self.gap = max(MAX_FORCE_GAP, MAX_GAP / sensor.rate)
@@ -335,7 +336,7 @@ class ForceCurve:
         self.force = force - force[self.t - self.t[0] < OFFSET_TIME].mean(axis=0)
 
     def at(self, t: Array) -> Array:
-        """n x 3 [N]; NaN before the first sample, after the last one and in gaps."""
+        """Returns the forces at times t, n x 3 [N]. NaN before the first sample, after the last one and in gaps."""
         force = np.stack([np.interp(t, self.t, self.force[:, k]) for k in range(3)], axis=1)
         after = np.clip(np.searchsorted(self.t, t), 0, len(self.t) - 1)
         before = np.maximum(after - 1, 0)
@@ -346,7 +347,7 @@ class ForceCurve:
 
 
 def _instants(file: pathlib.Path, t: Array, rate: float) -> tuple[Array, npt.NDArray[np.bool_]]:
-    """Times of the samples at `rate`, and which of them come after a gap."""
+    """Returns the times of samples at `rate`, and which of them follow a gap."""
     steps = np.diff(t)
     period = float(np.median(steps)) if len(steps) else 1 / rate
     if period > 4 / rate:
@@ -362,7 +363,7 @@ def _instants(file: pathlib.Path, t: Array, rate: float) -> tuple[Array, npt.NDA
         if step == period:
             whole = [t[begin:begin + 1]]
             for i in range(begin + 1, end):
-                # A late stamp is followed by one that seems early: nothing is missing then.
+                # After a late timestamp the next one seems early. This is no gap.
                 around = t[min(i + 1, end - 1)] - t[max(i - 2, begin)]
                 count = min(i + 1, end - 1) - max(i - 2, begin)
                 missing = min(round(steps[i - 1] / period) - 1, round(around / period) - count)
@@ -375,7 +376,7 @@ def _instants(file: pathlib.Path, t: Array, rate: float) -> tuple[Array, npt.NDA
 
 
 def read_recording(data: DataArgument, finger: str, rest_samples: int, sensor: Sensor = Sensor()) -> list[Recording]:
-    """One recording, or more where it has gaps or the force is unknown for a while."""
+    """Reads a recording. Returns several if it has gaps, or times with unknown force."""
     table = Table(data.tactile)
     times = table.times()
     counts, missing = _signals(table, finger) if sensor.are_electrodes else (_channels(table, finger, sensor), "")
@@ -416,7 +417,8 @@ def read_recordings(arguments: Sequence[DataArgument], finger: str, rest_samples
 
 
 def require_presses(recordings: Sequence[Recording], rest_samples: int) -> None:
-    """Raises InputError for forces that are not those of the fingertip on the object, or a baseline that was taken in contact."""
+    """Raises InputError if the force is not that of the fingertip on the object, or the baseline was measured in
+    contact."""
     force = np.concatenate([r.force[r.begin:r.end] for r in recordings])
     size = np.linalg.norm(force, axis=1)
     touches = size > CONTACT_SHARE * size.max()
@@ -440,7 +442,7 @@ def require_presses(recordings: Sequence[Recording], rest_samples: int) -> None:
 
 
 def remarks_on(recordings: Sequence[Recording]) -> list[str]:
-    """What is possible, but seldom: forces in another unit, pulls."""
+    """Returns remarks on unlikely data: forces in another unit, pulling forces."""
     force = np.concatenate([r.force[r.begin:r.end] for r in recordings])
     size = np.linalg.norm(force, axis=1)
     remarks = []
@@ -490,7 +492,7 @@ def find_contacts(recordings: Sequence[Recording]) -> list[Stretch]:
 
 
 class MersenneTwister64:
-    """std::mt19937_64: the same seed selects the same contacts as earlier versions did."""
+    """The generator std::mt19937_64. With it a seed selects the same contacts as in earlier versions."""
 
     def __init__(self, seed: int) -> None:
         self.state = [seed % 2**64]
@@ -519,7 +521,7 @@ def _take_fifth(units: list[list[Stretch]]) -> list[Stretch]:
 
 
 def _take_parts(stretches: list[Stretch]) -> tuple[list[Stretch], list[Stretch]]:
-    """Parts of every stretch, and the rest, which does not look back into them."""
+    """Returns parts of every stretch, and the remaining stretches, whose windows do not reach back into them."""
     taken, left = [], []
     for s in stretches:
         tenth = (s.end - s.begin) // 10
@@ -534,8 +536,8 @@ def _take_parts(stretches: list[Stretch]) -> tuple[list[Stretch], list[Stretch]]
 
 
 def split_contacts(recordings: Sequence[Recording], test_is_apart: bool, seed: int) -> Split:
-    """The split of the paper (IV.A): 80 % for training and 20 % for the test, a fifth of the first for validation; by whole
-    recordings if there are five or more, otherwise by whole contacts. Raises InputError: no contact."""
+    """Splits as the paper (IV.A): 80 % for training and 20 % for the test, a fifth of the first for validation; by
+    whole recordings if there are five or more, otherwise by whole contacts. Raises InputError: no contact."""
     contacts = find_contacts(recordings)
     if not contacts:
         raise InputError("the recordings contain no contact")
@@ -581,7 +583,7 @@ def split_contacts(recordings: Sequence[Recording], test_is_apart: bool, seed: i
 
 
 def windows_of(stretches: Sequence[Stretch], steps: int) -> Windows:
-    """n x 2: recording and last sample of every window of `steps` samples that ends in one of the stretches."""
+    """Returns n x 2: recording and last sample of every window of `steps` samples that ends in one of the stretches."""
     parts = [np.zeros((0, 2), np.int64)]
     for s in stretches:
         last = np.arange(max(s.begin, s.look_back + steps - 1), s.end)
@@ -590,7 +592,7 @@ def windows_of(stretches: Sequence[Stretch], steps: int) -> Windows:
 
 
 def last_samples(recordings: Sequence[Recording], windows: Windows) -> tuple[Array, Array]:
-    """Signals (n x 21) and forces (n x 3) at the ends of the windows."""
+    """Returns signals (n x 21) and forces (n x 3) at the ends of the windows."""
     offsets = np.cumsum([0, *(len(r.t) for r in recordings)])
     rows = offsets[windows[:, 0]] + windows[:, 1]
     return np.concatenate([r.change for r in recordings])[rows], np.concatenate([r.force for r in recordings])[rows]

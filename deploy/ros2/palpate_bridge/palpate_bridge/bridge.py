@@ -39,7 +39,8 @@ AGAIN = 1.0  # [s] between two measurements of the clock, diagnostics of a silen
 
 
 class SlaveClock:
-    """Times of the slave's clock on the node's. The slave's clock drifts, so its offset is measured again every second.
+    """Converts times from the slave's clock to that of the node. The slave's clock drifts, so its offset is measured
+    again every second.
 
     The reply with the shortest round trip is the most certain: its time is that of the middle of the trip.
     """
@@ -140,7 +141,7 @@ class Bridge:
         return self.published == self._arguments.messages > 0 or not rclpy.ok()
 
     def run(self) -> None:
-        """Connects again until enough is published."""
+        """Reconnects until enough messages are published."""
         while not self.is_done():
             try:
                 with palpate.connect(self._arguments.target, self._arguments.tls) as slave:

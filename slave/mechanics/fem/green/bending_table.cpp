@@ -7,11 +7,12 @@
 namespace palpate {
 namespace {
 
-constexpr int kNumbers = 6;      // of an entry on disk
-constexpr double kSmall = 1e-9;  // displacement at which strains are judged, of the larger side
+constexpr int kNumbers = 6;  // of an entry on disk
+// Displacement at which strains are evaluated, relative to the larger side.
+constexpr double kSmall = 1e-9;
 
 StrainResolution ResolutionOf(const RestStiffness& stiffness) {
-  // Bending alone counts where the pressure is the elements' own.
+  // If the pressure is a separate unknown, only bending is evaluated.
   const bool pressure = stiffness.has_pressure();
   return {stiffness.elements, pressure ? HeldNodes{} : stiffness.held,
           pressure ? 0.0 : stiffness.poisson_ratio};
@@ -20,7 +21,8 @@ StrainResolution ResolutionOf(const RestStiffness& stiffness) {
 }  // namespace
 
 std::vector<char> UnevenNodes(const RestStiffness& stiffness) {
-  // A disc that the mesh follows is two to three edges wide. [derived: PatchStiffness within 10 %]
+  // Edge lengths across a disc that the mesh can represent: two to three. [derived: PatchStiffness
+  // within 10 %]
   constexpr int kEdges = 3;
   const TetMesh& elements = stiffness.elements;
   std::vector<char> uneven(elements.nodes.size(), 0);
@@ -47,7 +49,7 @@ BendingTable::BendingTable(const RestStiffness& stiffness, const GreenGroups& la
                   UnevenNodes(stiffness));
   entries_.resize(stiffness.elements.surface.triangles.size());
   if (cache.empty()) return;
-  constexpr std::size_t kVersion = 1;  // of what is kept on disk
+  constexpr std::size_t kVersion = 1;  // version of the format on disk
   cache_ =
       ColumnCache(cache, Hash().Add(kVersion).Add(kGroup).Add(stiffness.inputs).Add(width).value());
   for (int g = 0; g < groups(); ++g) LoadGroup(g);
@@ -90,7 +92,7 @@ const Bending& BendingTable::Learn(int triangle, double width, RestFactor* facto
     stiffness_.Spread(x.col(c), &u);
     double& compliance = entry.bending.compliance[c];
     for (const int node : nodes) compliance += share * u[Index(node)][c];
-    if (!(compliance > 0)) continue;  // held
+    if (!(compliance > 0)) continue;  // fixed by a support
     for (auto& moved : u) moved *= kSmall / compliance;
     entry.bending.softness[c] = strain_.Softness(u, nodes);
   }

@@ -1,5 +1,5 @@
-// How far the elements of a slender body follow it as it bends under a contact, for each triangle
-// of its surface.
+// How accurately the elements of a slender body represent its bending under a contact, for each
+// triangle of its surface.
 #pragma once
 
 #include <algorithm>
@@ -27,9 +27,9 @@ struct Bending {
   Eigen::Vector3d compliance{0, 0, 0};  // along the force, mean over the places; nondimensional
 };
 
-// A contact has the bending of the disc of its width that is moved around the centroid of its
-// triangle, whatever was touched before. An entry costs three sparse solutions; those of one width
-// can be kept on disk. Not thread-safe.
+// The entry of a contact is computed for a disc of its width that is moved around the centroid of
+// its triangle, independent of earlier contacts. An entry needs three sparse solutions; those of
+// one width can be stored on disk. Not thread-safe.
 class BendingTable {
  public:
   static constexpr int kGroup = 64;  // triangles of one file
@@ -43,11 +43,11 @@ class BendingTable {
   [[nodiscard]] bool body_bends() const { return strain_.body_bends(); }
   // Every entry of the width on disk is there, or none is needed.
   [[nodiscard]] bool is_complete() const;
-  // nullptr: it must be learnt first.
+  // Returns nullptr if the entry must be computed first.
   [[nodiscard]] const Bending* Find(int triangle, double width) const noexcept;
   const Bending& Learn(int triangle, double width, RestFactor* factor);
 
-  // Of files; 0 where no entry is needed.
+  // Number of files; 0 if no entry is needed.
   [[nodiscard]] int groups() const;
   [[nodiscard]] bool HasGroup(int group) const;
   // Learns the entries of a file and writes it. Throws std::runtime_error: the folder cannot be
@@ -56,7 +56,7 @@ class BendingTable {
 
  private:
   struct Entry {
-    double width = -1;  // [m]; -1: not learnt
+    double width = -1;  // [m]; -1: not computed
     Bending bending;
   };
   [[nodiscard]] int triangles() const { return static_cast<int>(entries_.size()); }
@@ -69,7 +69,7 @@ class BendingTable {
   double width_;
   ColumnCache cache_;
   StrainResolution strain_;
-  std::optional<SurfaceNodePlaces> places_;  // where the body bends
+  std::optional<SurfaceNodePlaces> places_;  // places of the surface nodes, if the body bends
   std::vector<Entry> entries_;               // per triangle of the linear surface
 };
 

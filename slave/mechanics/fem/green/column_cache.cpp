@@ -35,7 +35,7 @@ Hash& Hash::Add(std::span<const std::byte> bytes) {
     std::uint64_t word = 0;
     std::memcpy(&word, bytes.data() + i, std::min(sizeof word, bytes.size() - i));
     value_ = (value_ ^ word) * kPrime;
-    value_ ^= value_ >> 29U;  // carries high bits down, where whole words would not
+    value_ ^= value_ >> 29U;  // mixes high bits into low ones
   }
   return *this;
 }
@@ -78,7 +78,8 @@ void ColumnCache::Save(int number, std::span<const double> values) const {
     return std::fwrite(&header, sizeof header, 1, file) == 1 &&
            std::fwrite(values.data(), sizeof(double), values.size(), file) == values.size();
   };
-  static_cast<void>(TryReplace(FileOf(number), write, Links::kReplace));  // else computed again
+  // If it fails, the block is computed again.
+  static_cast<void>(TryReplace(FileOf(number), write, Links::kReplace));
 }
 
 void ColumnCache::Keep(int number, std::span<const double> values) const {

@@ -1,4 +1,4 @@
-// Blocks of numbers on disk, recognised by a hash of what they depend on.
+// Stores blocks of numbers on disk, identified by a hash of all inputs they depend on.
 #pragma once
 
 #include <cstddef>
@@ -28,7 +28,7 @@ class Hash {
 // another problem count as absent. If the folder cannot be written, nothing is stored.
 class ColumnCache {
  public:
-  // No folder: nothing is kept or found.
+  // Without a folder nothing is stored or found.
   ColumnCache() = default;
   ColumnCache(const std::filesystem::path& folder, std::uint64_t hash);
 

@@ -42,7 +42,8 @@ FemGreenModel::FemGreenModel(const SolidMesh& mesh, const HeldNodes& held, doubl
       bending_(columns_.stiffness(), columns_.layout(), options.width, options.cache),
       displacement_unit_(1 / (young_modulus * columns_.length_unit())) {
   field_mesh_ = {.vertices = mesh.nodes, .tets = mesh.tets};
-  // New contacts on a slender body need the factor, to see how it bends: not first there.
+  // New contacts on a slender body need the factor to evaluate its bending, so it is made in
+  // advance.
   if (!bending_.is_complete()) columns_.Factorise(progress);
   Describe(options, poisson_ratio, mesh.tets.size());
 }
@@ -58,7 +59,7 @@ void FemGreenModel::Describe(const Options& options, double poisson_ratio, std::
   NotePrecompute();
 }
 
-// Two neighbours in turn [us]; 0 where no two can be moved.
+// Measures the time of an update by moving two neighbours alternately [us]; 0: no two can be moved.
 double FemGreenModel::MeasureUpdate() {
   const auto last = static_cast<int>(surface_.triangles.size()) - 1;
   const auto corner = [&](std::size_t k) {
@@ -98,7 +99,7 @@ void FemGreenModel::CheckBending(std::span<ContactResponse> responses) {
   }
 }
 
-// The mean over the axes by the work that the force does along each.
+// The mean over the axes, weighted with the work of the force along each axis.
 double FemGreenModel::Softness(const ContactSlot& slot, const Eigen::Vector3d& force) {
   const Bending& bending = BendingOf(slot.footprint.triangle, slot.contact.width);
   const double largest = force.cwiseAbs().maxCoeff();
@@ -127,7 +128,7 @@ void FemGreenModel::ComputeDisplacements(std::vector<Eigen::Vector3d>* u_O) {
     return;
   }
   columns_.Solve(places, forces_O, u_O);
-  u_O->resize(surface_.nodes.size());  // without the middles of edges
+  u_O->resize(surface_.nodes.size());  // without mid-edge nodes
   for (auto& u : *u_O) u *= displacement_unit_;
 }
 

@@ -1,7 +1,7 @@
 // `fem-green`: a fixed elastic body by surface Green's functions condensed from tetrahedra, and the
-// capacitance of its contacts. Linear: small strains and rotations. A contact costs microseconds
-// whatever the mesh size, once the columns of its places are there; the first touch of a region
-// costs milliseconds to a few tenths of a second (100k tetrahedra).
+// capacitance of its contacts. Linear: small strains and rotations. A contact takes microseconds
+// independent of the mesh size if the columns of its places are known; the first contact in a
+// region takes milliseconds to a few tenths of a second (100k tetrahedra).
 //
 // Source: James and Pai (2003); see compliance_solver.h and green_columns.h.
 #pragma once
@@ -22,11 +22,11 @@
 namespace palpate {
 
 // Four-node tetrahedra lock as nu approaches 0.5: from 0.49 on their results are kExtrapolated.
-// Ten-node ones have a pressure unknown from there on, and take nu up to 0.5. Results are also
-// kExtrapolated where a part bends too far for the elements (BendingTable; the first contact on a
+// Ten-node ones have a pressure unknown from 0.49 on, and accept nu up to 0.5. Results are also
+// kExtrapolated if a part bends too strongly for the elements (BendingTable; the first contact on a
 // triangle takes three more sparse solutions unless they are in the cache; bulky bodies need none).
-// See SurfaceNodePlaces and ComplianceSolver. Pass `element` with p_O where time matters: without
-// it a walk over the surface finds a changed position.
+// See SurfaceNodePlaces and ComplianceSolver. Pass `element` with p_O to save time: without it the
+// whole surface is searched for a changed position.
 class FemGreenModel final : public DeformationModel {
  public:
   struct Options {
@@ -34,7 +34,7 @@ class FemGreenModel final : public DeformationModel {
     ContactLaw contact = ContactLaw::kBonded;
     double range = 0.1;  // largest |displacement| / larger side before `extrapolated` [-]
     std::filesystem::path cache{};  // folder for Green's functions; empty: none are kept
-    double width = 0;               // of the contacts whose bending the cache keeps [m]
+    double width = 0;  // width of the contacts whose bending is stored in the cache [m]
     std::size_t memory_limit = std::size_t{1} << 31;  // for Green's functions [bytes]
   };
 

@@ -12,7 +12,7 @@ namespace {
 
 using Eigen::Vector3d;
 
-// Nested dissection of a block-like mesh: operations grow with n^2, entries with n^(4/3).
+// Estimate for nested dissection of a compact mesh: operations grow with n^2, entries with n^(4/3).
 PrecomputeCost ExpectedCost(int order) {
   const double n = order / 57000.0;
   const auto bytes = static_cast<std::size_t>(5e8 * std::pow(n, 4.0 / 3));
@@ -117,7 +117,7 @@ CacheFilling FillColumnCache(const RestStiffness& stiffness, double width,
   const ColumnCache kept = layout.Cache(cache);
   BendingTable bending(stiffness, layout, width, cache);
   CacheFilling filling;
-  std::vector<int> missing;  // those of the bending after those of columns
+  std::vector<int> missing;  // groups of the bending table follow those of columns
   std::vector<double> values;
   const auto all = Index(layout.groups() + bending.groups());
   for (std::size_t g = share.first; g < all; g += share.step) {

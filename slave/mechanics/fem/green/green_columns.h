@@ -19,8 +19,8 @@
 
 namespace palpate {
 
-// Columns come in fixed groups of neighbours, so that what was asked first does not change a digit,
-// and a tool finds the next ones ready. Not thread-safe.
+// Columns are computed in fixed groups of neighbours, so that results do not depend on the order of
+// requests, and the columns near a tool are ready. Not thread-safe.
 class GreenColumns final : public Compliance {
  public:
   static constexpr int kGroup = GreenGroups::kGroup;  // places
@@ -45,8 +45,8 @@ class GreenColumns final : public Compliance {
   [[nodiscard]] double length_unit() const override { return stiffness_.length_unit; }
   [[nodiscard]] std::size_t memory_bytes() const override;
 
-  // Makes the columns of some places ready. False: the memory for them is used up. Throws
-  // Interrupted; what was finished stays, on disk too.
+  // Computes the columns of some places in advance. False: the memory for them is used up. Throws
+  // Interrupted; finished columns are kept, also on disk.
   bool Prefetch(std::span<const int> places, Progress* progress);
 
   // Displacement of every node of the elements by forces on places, by one sparse solution;

@@ -12,7 +12,7 @@ namespace {
 
 using Eigen::Vector3d;
 
-constexpr std::size_t kVersion = 3;  // of what is kept on disk
+constexpr std::size_t kVersion = 3;  // version of the format on disk
 
 // Position along Morton's curve through the bounding box, 20 bits a side.
 std::uint64_t CurvePosition(const Vector3d& p, const Vector3d& low, double side) {

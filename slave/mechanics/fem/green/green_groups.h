@@ -1,5 +1,5 @@
-// The places of a body's surface, and the groups of them whose Green's functions are computed and
-// kept together, whoever computes them.
+// The places of a body's surface, and the groups of places whose Green's functions are computed and
+// stored together.
 #pragma once
 
 #include <algorithm>
@@ -15,9 +15,9 @@
 
 namespace palpate {
 
-// Places are the surface nodes, of ten-node elements the middles too, in the order of a
-// space-filling curve: neighbours have near numbers. A group's values are those of its places one
-// after the other, each as in Compliance::Column.
+// Places are the surface nodes, with the mid-edge nodes of ten-node elements, in the order of a
+// space-filling curve, so that neighbours have close numbers. A group contains the columns of its
+// places one after the other, each as in Compliance::Column.
 class GreenGroups {
  public:
   static constexpr int kGroup = 8;             // places

@@ -23,7 +23,7 @@ using Eigen::MatrixXd;
 using Eigen::VectorXd;
 using Element = FemOptions::Element;
 
-constexpr int kAssembly = 2;  // rises whenever the same inputs give another matrix
+constexpr int kAssembly = 2;  // increase it when the same inputs produce another matrix
 constexpr double kMaxNu4 = 0.499;
 constexpr double kResidual = 1e-12;  // of a solution with pressure, relative
 constexpr int kMaxRefinements = 8;
@@ -81,7 +81,7 @@ std::vector<int> FreeRows(const TetMesh& elements, const BlockLayout& layout,
   return rows;
 }
 
-// The lower triangle of what an upper one has on free rows.
+// Returns the lower triangle of the free rows of a matrix that is given by its upper triangle.
 SparseMatrix FreeLower(const SparseMatrix& upper, const std::vector<int>& rows) {
   const int order = std::ranges::max(rows) + 1;
   SparseMatrix free(order, order);
@@ -114,7 +114,7 @@ RestStiffness AssembleAtRest(const SolidMesh& mesh, const HeldNodes& held, doubl
   SolidParams params;
   params.poisson_ratio = nu;
   params.options.element = element;
-  const bool pressure = params.TakesPressure();
+  const bool pressure = params.HasPressureUnknown();
   stiffness.inputs = HashOf(mesh, held, nu, element, pressure);
   const BlockLayout layout(stiffness.elements, pressure);
   const ElasticBody body(stiffness.elements, layout, MaterialLaw(FemOptions::Law::kLinear, nu));

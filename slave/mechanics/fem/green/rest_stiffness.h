@@ -3,7 +3,7 @@
 //
 // Nondimensional: lengths by length_unit, moduli by E of the body, which each tetrahedron's modulus
 // multiplies, so K = K_SI / (E length_unit). Small strain. Ten nodes have a pressure unknown per
-// corner from nu = 0.49 on (SolidParams::TakesPressure); four nodes lock as nu -> 0.5.
+// corner from nu = 0.49 on (SolidParams::HasPressureUnknown); four nodes lock as nu -> 0.5.
 #pragma once
 
 #include <array>
@@ -40,14 +40,14 @@ struct RestStiffness {
   void Spread(const Eigen::Ref<const Eigen::VectorXd>& x, std::vector<Eigen::Vector3d>* u) const;
 };
 
-// `held`: per node of the mesh and component; a middle is fixed where both ends are. Throws
+// `held`: per node of the mesh and component; a mid-edge node is fixed if both ends are. Throws
 // std::invalid_argument: counts that do not fit, a tetrahedron without positive volume or with a
 // node that does not exist, nu not in (-1, 0.499] with four nodes or (-1, 0.5] with ten, supports
 // that leave a part of the body free to move.
 RestStiffness AssembleAtRest(const SolidMesh& mesh, const HeldNodes& held, double nu,
                              FemOptions::Element element);
 
-// Its factor. Not thread-safe.
+// The factor of a RestStiffness. Not thread-safe.
 class RestFactor {
  public:
   // Keeps a reference. Throws: see SpdFactor; std::invalid_argument: a pivot is zero.

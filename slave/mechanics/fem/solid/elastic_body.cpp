@@ -35,8 +35,7 @@ Gradients<kNodes> GradientsOf(const TetGeometry& geometry, const Vector4d& bary)
   }
 }
 
-// Between the displacements of an element's nodes: of component i of node a and k of node b, where
-// not b < a.
+// Stiffness between component i of node a and component k of node b of an element, for b >= a.
 template <int kNodes>
 struct Stiffness {
   std::array<std::array<std::array<std::array<double, kNodes>, 3>, 3>, kNodes> of{};  // b, i, k, a
@@ -44,7 +43,7 @@ struct Stiffness {
   double& at(int a, int i, int b, int k) { return of[Index(b)][Index(i)][Index(k)][Index(a)]; }
 };
 
-// Adds that of one quadrature point: K_ab = sum over J, L of g_aJ D_JL g_bL.
+// Adds the stiffness of one quadrature point: K_ab = sum over J, L of g_aJ D_JL g_bL.
 template <int kNodes>
 void AddStiffness(const Matrix9d& D, const Gradients<kNodes>& gradients, double weight,
                   Stiffness<kNodes>* stiffness) {
@@ -66,7 +65,7 @@ void AddStiffness(const Matrix9d& D, const Gradients<kNodes>& gradients, double 
 
 // The same from derivatives with respect to the invariants:
 //   K_ab = c_I g_a.g_b 1 + c_FF f_a f_b^T + c_JJ h_a h_b^T + c_J [F (g_a x g_b)],
-// f = F g, h = cof F g, and [w] v = v x w. Node by node side by side.
+// f = F g, h = cof F g, and [w] v = v x w. The nodes are processed in parallel lanes.
 template <int kNodes>
 void AddStiffness(const MaterialLaw::InvariantTangent& c, const Matrix3d& F,
                   const Matrix3d& cofactor, const Gradients<kNodes>& gradients, double weight,
@@ -108,7 +107,7 @@ struct ElasticBody::Local {
   const TetGeometry& geometry;
   double modulus = 1;
   Gradients<kNodes> u;
-  Vector4d p = Vector4d::Zero();  // by the modulus
+  Vector4d p = Vector4d::Zero();  // divided by the modulus
 };
 
 ElasticBody::ElasticBody(const TetMesh& mesh, const BlockLayout& layout, const MaterialLaw& law)
@@ -131,7 +130,7 @@ ElasticBody::Local<kNodes> ElasticBody::Gather(const VectorXd& x, int element) c
   return local;
 }
 
-// Energy of one element; its gradient, where requested, goes to one column, node by node.
+// Energy of one element; its gradient, if requested, is stored in one column, node by node.
 template <int kNodes>
 double ElasticBody::AddElement(const Local<kNodes>& local, ElementMatrix* gradient) const {
   const bool mixed = layout_.has_pressure();
@@ -211,7 +210,7 @@ void ElasticBody::AddTangents(const VectorXd& x, const Tangent& tangent, bool re
     const double own = law_.compressibility() / local.modulus;
     const double c = regularised ? std::max(own, kMinCompressibility) : own;
     Stiffness<kNodes> stiffness;
-    // Between displacements and pressures; columns are the latter.
+    // Coupling of displacements (rows) and pressures (columns).
     Eigen::Matrix<double, 3 * kNodes, 4> coupling = Eigen::Matrix<double, 3 * kNodes, 4>::Zero();
     for (const auto& q : QuadratureOf(kNodes)) {
       const double volume = q.weight * local.geometry.volume, w = local.modulus * volume;

@@ -25,7 +25,7 @@ class ElasticBody {
 
   // W, and its gradient over all unknowns, rows of the layout. NaN where `x` is not finite.
   double Energy(const Eigen::VectorXd& x, Eigen::VectorXd* gradient) const;
-  // W alone.
+  // Returns the energy W.
   [[nodiscard]] double Energy(const Eigen::VectorXd& x) const;
   // Adds the second derivatives of W. `regularised` replaces 1 / k by at least
   // kMinCompressibility in the rows of the pressure, so that the matrix can be factored.

@@ -20,9 +20,10 @@ constexpr double kArmijo = 1e-4;
 constexpr double kRounding = 1e-14;   // of energies and forces
 constexpr double kStartShare = 1e-6;  // of the initial forces, as a scale of the residual
 constexpr int kRowRefinements = 8;
-constexpr double kMaxForcing = 1e-2;  // of the residual, left by one iterated step
-constexpr double kAim = 1e-2;         // of the requested residual, where steps are iterated
-constexpr double kTight = 1e-11;      // residual that one direct solve reaches
+// Largest residual after an iterated step, relative to that before.
+constexpr double kMaxForcing = 1e-2;
+constexpr double kAim = 1e-2;     // target relative to the requested residual, for iterated steps
+constexpr double kTight = 1e-11;  // residual that one direct solve reaches
 
 // Returns whether fixed unknowns and points are at their prescribed values.
 bool Feasible(const Balance& balance, const VectorXd& x) {
@@ -119,8 +120,8 @@ double Equilibrium::Weigh(const Balance& balance) {
   return scale > 0 ? left / scale : std::numeric_limits<double>::infinity();
 }
 
-// Rows and columns of fixed unknowns become those of the identity; the points' rows add what makes
-// them definite by themselves, C^T C times a stiffness.
+// Rows and columns of fixed unknowns become those of the identity; for the rows of points C^T C
+// times a stiffness is added, so that they are definite.
 void Equilibrium::Constrain(const Balance& balance) {
   rows_.penalty = system_.diagonal().cwiseAbs().maxCoeff();
   for (const auto& row : balance.rows) {
@@ -286,9 +287,9 @@ bool Equilibrium::Direction(Balance* balance, const VectorXd& x, bool first) {
   return step_.allFinite() || Fail("the linear solver broke down");
 }
 
-// Backtracks until the energy falls enough and no element has turned inside out: beyond that lie
-// equilibria to which no slow load leads. Where the energy is lost in rounding, takes the whole
-// step. A state that begins inside out may stay so.
+// Backtracks until the energy decreases enough and no element is inverted, because equilibria with
+// inverted elements cannot be reached by a slow load. If the change of energy is within rounding,
+// the whole step is accepted. A state that is inverted at the beginning may remain so.
 bool Equilibrium::Search(const Balance& balance, double slope, VectorXd* x) {
   const double rounding = kRounding * (std::abs(energy_) + std::abs(balance.force.dot(*x)));
   const bool began_inverted = body_.FindJacobians(*x).inverted > 0;
@@ -320,7 +321,8 @@ bool Equilibrium::Solve(Balance* balance, VectorXd* x) {
   return x->allFinite() && x->lpNorm<Eigen::Infinity>() < std::numeric_limits<double>::max();
 }
 
-// An incompressible body whose whole surface is moved may be asked to change its volume.
+// Returns whether prescribed displacements on the whole surface of an incompressible body keep its
+// volume.
 bool Equilibrium::KeepsVolume(const VectorXd& x) {
   if (!linear() || !layout_.has_pressure() || body_.law().compressibility() > 0) return true;
   double change = 0, largest = 0;
@@ -335,14 +337,14 @@ bool Equilibrium::KeepsVolume(const VectorXd& x) {
 bool Equilibrium::Iterate(Balance* balance, VectorXd* x) {
   const bool counted = options_.one_solve && !linear();
   const int most = counted ? 1 : linear() ? kMaxRefinements : kMaxSteps;
-  // Where a step is solved approximately, further digits are cheap.
+  // With iterative solutions further digits are cheap.
   const double goal = linear() && solver_.is_direct()   ? std::min(kTight, options_.residual)
                       : linear() || solver_.is_direct() ? options_.residual
                                                         : kAim * options_.residual;
   double best = std::numeric_limits<double>::infinity();
   start_force_ = 0;
   int stalled = 0;
-  bool moves = !Feasible(*balance, *x);  // the next step brings x to what is prescribed
+  bool moves = !Feasible(*balance, *x);  // the next step brings x to the prescribed values
   for (steps_ = 0;; ++steps_) {
     if (pressure_) pressure_->Update(x);
     energy_ = Residual(*balance, *x);

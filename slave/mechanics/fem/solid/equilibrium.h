@@ -45,7 +45,8 @@ class Equilibrium {
     // co-rotational law's rotations.
     bool one_solve = false;
     SymmetricSolver::Limits limits;
-    fem::SearchProgress* progress = nullptr;  // of long searches; may be null, else outlives this
+    // For long searches; may be null, else must outlive this.
+    fem::SearchProgress* progress = nullptr;
   };
   // Keeps references. The linear law assembles its matrix here.
   Equilibrium(const BlockLayout& layout, const ElasticBody& body, const Options& options);
@@ -56,7 +57,7 @@ class Equilibrium {
   // Call when fixed unknowns, rows or inertia differ from the last Solve.
   void Changed() { factored_ = rows_.has_columns = false; }
 
-  // gradient W + Q (x - x_0) - f - q of the last state: what fixed unknowns and points must carry.
+  // gradient W + Q (x - x_0) - f - q of the last state: the reactions of fixed unknowns and points.
   [[nodiscard]] const Eigen::VectorXd& unbalanced() const { return residual_; }
   [[nodiscard]] int newton_steps() const { return steps_; }
   [[nodiscard]] std::string_view failure() const { return failure_; }
@@ -90,8 +91,9 @@ class Equilibrium {
   const ElasticBody& body_;
   Options options_;
   SymmetricSolver solver_;
-  SparseMatrix stiffness_;  // of the linear law, else where a solution begins; free of constraints
-  SparseMatrix system_;     // the factorised matrix
+  // For the linear law, else at the start of a solution; without constraints.
+  SparseMatrix stiffness_;
+  SparseMatrix system_;  // the factorised matrix
   // Rows of moved points.
   struct Rows {
     std::optional<Eigen::LDLT<Eigen::MatrixXd>> factor;
@@ -100,13 +102,14 @@ class Equilibrium {
     double penalty = 0;
   } rows_;
 
-  std::optional<PressureUpdate> pressure_;  // where it is an unknown and the law not linear
+  // Present if the pressure is an unknown and the law is not linear.
+  std::optional<PressureUpdate> pressure_;
 
   Eigen::VectorXd residual_, right_, step_, trial_, product_;
   double energy_ = 0, relative_ = 0, start_force_ = 0, removed_ = 0;
   int steps_ = 0, expected_negative_ = 0;
   bool factored_ = false;
-  bool raised_ = false;  // what is removed, by the last step
+  bool raised_ = false;  // the last step changed the removed curvature
   std::string_view failure_;
 };
 

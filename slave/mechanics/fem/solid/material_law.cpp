@@ -14,7 +14,7 @@ namespace {
 using Eigen::Matrix3d;
 using Eigen::Vector3d;
 
-constexpr double kMinStretchSum = 1e-9;   // where a rotation is no longer defined
+constexpr double kMinStretchSum = 1e-9;   // below this a rotation is not defined
 constexpr double kMinStretch = 1e-3;      // of Ogden's tangent
 constexpr double kEqualStretches = 1e-6;  // relative: their quotient becomes a derivative
 
@@ -24,7 +24,7 @@ Matrix3d CofactorOf(const Matrix3d& F) {
   return cofactor;
 }
 
-// Plane i lies between the other two axes.
+// First axis of plane i, which contains the other two axes.
 constexpr int First(int plane) {
   return (plane + 1) % 3;
 }
@@ -60,7 +60,7 @@ double CompressibilityOf(FemOptions::Law law, double nu) {
   }
 }
 
-// Takes a share of every negative eigenvalue away.
+// Removes a fraction of every negative eigenvalue.
 Matrix3d WithoutNegative(const Matrix3d& m, double removed) {
   const Eigen::SelfAdjointEigenSolver<Matrix3d> eigen(m);
   if (eigen.eigenvalues().minCoeff() >= 0) return m;
@@ -135,8 +135,9 @@ MaterialLaw::Point MaterialLaw::At(const Matrix3d& H) const {
   return point;
 }
 
-// Part of the general form for isotropic laws (Ogden 1984, 6.1): what resists a shear between
-// two axes is the difference quotient of their stresses, what resists a rotation that of their sum.
+// Part of the general form for isotropic laws (Ogden 1984, 6.1): the stiffness against a shear
+// between two axes is the difference quotient of their stresses, that against a rotation uses their
+// sum.
 MaterialLaw::Principal MaterialLaw::OgdenPrincipalAt(const Vector3d& stretches, double p,
                                                      double bulk) const {
   const Vector3d s = stretches.cwiseMax(kMinStretch);

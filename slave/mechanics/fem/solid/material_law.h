@@ -1,6 +1,6 @@
 // Elastic energy densities of a deformation gradient, split into a part and a pressure part:
 //
-//   Psi(F, p) = A(F) + p g(F) - p^2 / (2 k),   p = k g(F) where it is no unknown of its own
+//   Psi(F, p) = A(F) + p g(F) - p^2 / (2 k),   p = k g(F) if it is not a separate unknown
 //
 //   linear        A = mu eps:eps                        g = tr eps       k = lambda
 //   corotational  A = mu |S - I|^2                      g = tr(S - I)    k = lambda
@@ -25,7 +25,7 @@ namespace palpate {
 
 using Matrix9d = Eigen::Matrix<double, 9, 9>;
 
-// How a tangent treats what makes it indefinite.
+// Treatment of the parts that make a tangent indefinite.
 struct Tangent {
   double removed = 0;   // share of every negative curvature at a point that is taken away, 0 to 1
   bool warped = false;  // hold the co-rotational law's rotation
@@ -48,7 +48,7 @@ class MaterialLaw {
 
   // H = F - I, the displacement gradient: strains of 1e-18 keep their digits.
   [[nodiscard]] Point At(const Eigen::Matrix3d& H) const;
-  // Where the energy depends on I_C and J alone, the same as TangentAt, nothing removed:
+  // Tangent of laws whose energy depends only on I_C and J, as in TangentAt without removed parts:
   //   identity 1 + along F F^T + volume cof F cof F^T + pressure d cof F / dF
   struct InvariantTangent {
     double identity = 0, along = 0, volume = 0, pressure = 0;
@@ -67,8 +67,8 @@ class MaterialLaw {
   [[nodiscard]] FemOptions::Law law() const { return law_; }
 
  private:
-  // In the frame of principal stretches: second derivatives along them, and what resists shears
-  // (flip) and rotations (twist) in the planes 12, 02, 01 between them.
+  // In the frame of principal stretches: second derivatives along them, and the stiffness against
+  // shears (flip) and rotations (twist) in the planes 12, 02, 01.
   struct Principal {
     Eigen::Matrix3d along;
     Eigen::Vector3d flip, twist;

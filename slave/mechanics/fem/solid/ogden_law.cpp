@@ -36,7 +36,7 @@ Vector3d OgdenLaw::Kirchhoff(const Vector3d& log_b) const {
   return sum;
 }
 
-// Uses C - I = H + H^T + H^T H, whose small eigenvalues keep their digits.
+// Uses C - I = H + H^T + H^T H, so that small eigenvalues keep their digits.
 OgdenLaw::Point OgdenLaw::At(const Matrix3d& H) const {
   Point point;
   const Matrix3d F = Matrix3d::Identity() + H;

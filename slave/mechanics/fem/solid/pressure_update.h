@@ -1,5 +1,5 @@
-// The pressure that displacements ask for, where it is an unknown and the law not linear: volume
-// change over compressibility, as the mean over each vertex's shape function.
+// The pressure for given displacements, if it is an unknown and the law is not linear: volume
+// change divided by the compressibility, as the mean weighted by each vertex's shape function.
 #pragma once
 
 #include <Eigen/Core>

@@ -12,7 +12,7 @@ namespace {
 using Eigen::Vector3d;
 using Eigen::VectorXd;
 
-// All that can be refused is refused before the work starts.
+// Checks all parameters before the expensive work starts.
 VolumeModel::Traits CheckedTraits(const SolidMesh& mesh, const HeldNodes& held,
                                   const SolidParams& params, Progress* progress) {
   Announce(mesh, params, progress);
@@ -23,7 +23,7 @@ VolumeModel::Traits CheckedTraits(const SolidMesh& mesh, const HeldNodes& held,
           .length_unit = length_unit,
           .force_unit = params.young_modulus * length_unit * length_unit,
           .poisson_ratio = params.poisson_ratio,
-          .has_pressure = checked.TakesPressure(),
+          .has_pressure = checked.HasPressureUnknown(),
           .is_dynamic = params.dynamic(),
           .weighs = !params.options.gravity_O.isZero(0),
           .range = params.linear() ? params.range : 0,
@@ -70,7 +70,7 @@ SolidModel::SolidModel(const SolidMesh& mesh, const HeldNodes& held, const Param
   Describe(progress);
 }
 
-// Factors once where that is what an answer costs least, and measures it.
+// Describes cost and memory; factorises once, if this is the fastest solution, to measure its time.
 void SolidModel::Describe(Progress* progress) {
   info_.dof = static_cast<std::size_t>(layout_.size());
   ReportProgress(progress, "first solution", 0);
@@ -101,7 +101,8 @@ void SolidModel::Rest() {
 bool SolidModel::SolveUnder(std::span<const Contact> contacts) {
   if (!Prescribe(contacts)) return Fail("a contact moves fixed nodes");
   if (motion_) return motion_->Step() || Fail(equilibrium_.failure());
-  if (inversion().elements > 0 && !params_.linear()) Rest();  // such states may be traps
+  // The solver may not recover from such states.
+  if (inversion().elements > 0 && !params_.linear()) Rest();
   if (statics_.Solve(&state_)) return true;
   return Fail(statics_.failure().empty() ? equilibrium_.failure() : statics_.failure());
 }

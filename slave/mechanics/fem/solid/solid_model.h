@@ -29,16 +29,16 @@ class SolidModel final : public VolumeModel {
  public:
   using Params = SolidParams;
 
-  // `held`: components of every node of `mesh` that stay in place; the middle of an edge is fixed
-  // where both its ends are. Throws std::invalid_argument: see Checked; a mesh with bad tetrahedra,
-  // or one whose direct factor exceeds the limits where the pressure is an unknown; Interrupted. In
+  // `held`: components of every node of `mesh` that stay in place; a mid-edge node is fixed if both
+  // ends of its edge are. Throws std::invalid_argument: see Checked; a mesh with bad tetrahedra, or
+  // one whose direct factor exceeds the limits where the pressure is an unknown; Interrupted. In
   // statics `progress` must outlive the model: searches for equilibrium that take longer than a
   // tenth of a second report their progress to it, and fail when stopped.
   SolidModel(const SolidMesh& mesh, const HeldNodes& held, const Params& params,
              Progress* progress = nullptr);
 
   [[nodiscard]] const TetMesh& mesh() const { return mesh_; }
-  // Displacement of node `node` of mesh(), middles too [m].
+  // Returns the displacement of node `node` of mesh(), which may be a mid-edge node [m].
   [[nodiscard]] Eigen::Vector3d displacement(int node) const {
     return traits_.length_unit * DisplacementAt(node);
   }

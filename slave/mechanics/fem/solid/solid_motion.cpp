@@ -10,7 +10,8 @@ namespace {
 
 using Eigen::VectorXd;
 
-constexpr double kGrowth = 1e-2;  // of energy, per step: one linear solve is no minimum of it
+// Accepted growth of the energy per step, since one linear solve does not minimise it.
+constexpr double kGrowth = 1e-2;
 
 }  // namespace
 

@@ -13,8 +13,8 @@ namespace palpate {
 
 class SolidMotion {
  public:
-  // Keeps references to the equilibrium and the state, whose balance gets the inertia. `density`:
-  // by E over the square of the length unit [s^2].
+  // Keeps references to the equilibrium and the state, to whose balance it adds the inertia.
+  // `density`: divided by E and multiplied by the square of the length unit [s^2].
   SolidMotion(const FemOptions& options, const BlockLayout& layout, const ElasticBody& body,
               double density, Equilibrium& equilibrium, SolidState& state);
 
@@ -25,7 +25,8 @@ class SolidMotion {
   // The state is as before the last step.
   void TakeBack();
 
-  // Whether the last step made energy of nothing: more than loads and moved nodes gave.
+  // Returns whether the last step increased the energy by more than the work of loads and moved
+  // nodes.
   [[nodiscard]] bool grew() const { return grew_; }
   // Elastic and kinetic, by E times the length unit cubed.
   [[nodiscard]] double Energy();

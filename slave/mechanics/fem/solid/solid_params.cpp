@@ -12,13 +12,13 @@ namespace {
 using Element = FemOptions::Element;
 using Law = FemOptions::Law;
 
-constexpr double kMixedFrom = 0.49;  // nu from which ten nodes take a pressure
-constexpr double kFactorOnce = 3e8;  // operations of a factor that is worth making in every step
+constexpr double kMixedFrom = 0.49;  // nu from which ten-node elements have a pressure unknown
+constexpr double kFactorOnce = 3e8;  // largest cost of a factorisation in every step [operations]
 
 void CheckPressure(const SolidParams& params) {
   const auto& o = params.options;
   const double nu = params.poisson_ratio;
-  if (!params.TakesPressure()) {
+  if (!params.HasPressureUnknown()) {
     if (nu <= kNearlyIncompressible) return;
     RefuseValue("poisson_ratio", nu, "at most 0.49999 with element = tet4");
   }
@@ -33,7 +33,7 @@ void CheckPressure(const SolidParams& params) {
 
 }  // namespace
 
-bool SolidParams::TakesPressure() const {
+bool SolidParams::HasPressureUnknown() const {
   return options.element == Element::kTet10 && poisson_ratio >= kMixedFrom;
 }
 
@@ -73,7 +73,8 @@ Equilibrium::Options SolidParams::SolverOptions(fem::SearchProgress* progress) c
   return solver;
 }
 
-// Rough, before anything is built: factors of three-dimensional meshes grow like n^(4/3).
+// Announces an estimate of time and memory before anything is built: factors of three-dimensional
+// meshes grow as n^(4/3).
 void Announce(const SolidMesh& mesh, const SolidParams& params, Progress* progress) {
   if (!progress) return;
   const bool quadratic = params.options.element == Element::kTet10;

@@ -22,9 +22,9 @@ struct SolidParams {
   [[nodiscard]] int nodes_per_element() const {
     return options.element == FemOptions::Element::kTet10 ? 10 : 4;
   }
-  // Whether the pressure is an unknown of its own: with ten nodes from nu = 0.49 on. Otherwise it
-  // follows from the displacement, which locks as nu -> 0.5.
-  [[nodiscard]] bool TakesPressure() const;
+  // Returns whether the pressure is a separate unknown: for ten-node elements from nu = 0.49 on.
+  // Otherwise it follows from the displacement, which locks as nu -> 0.5.
+  [[nodiscard]] bool HasPressureUnknown() const;
   // Settings of Newton's method; `progress` serves it at rest.
   [[nodiscard]] Equilibrium::Options SolverOptions(fem::SearchProgress* progress) const;
 };

@@ -1,5 +1,5 @@
-// The unknowns of a solid and what acts on them. Nondimensional: lengths by the larger side, forces
-// by E times its square.
+// The unknowns of a solid and the loads on them. Nondimensional: lengths divided by the larger
+// side, forces by E times its square.
 #pragma once
 
 #include <vector>
@@ -12,7 +12,7 @@ namespace palpate {
 
 struct SolidState {
   Eigen::VectorXd x;               // displacements and pressures
-  Balance balance;                 // what is fixed, and the rows of moved points
+  Balance balance;                 // fixed unknowns, and the rows of moved points
   Eigen::VectorXd target;          // prescribed displacements of fixed unknowns
   Eigen::VectorXd loads;           // gravity included
   std::vector<double> row_target;  // prescribed displacements of moved points

@@ -9,10 +9,11 @@ namespace {
 
 using Eigen::VectorXd;
 
-constexpr double kBalanced = 1e-6;       // work of loads on free motions over all work
-constexpr double kStillBalanced = 1e-3;  // force on pins over loads, once deformed
-constexpr double kMinPart = 1.0 / 64;    // of a load that is applied at once
-constexpr int kMaxSteps = 300;           // of Newton's method for one answer, all parts together
+constexpr double kBalanced = 1e-6;  // work of loads on free motions over all work
+// Force on pinned unknowns relative to the loads, after the deformation.
+constexpr double kStillBalanced = 1e-3;
+constexpr double kMinPart = 1.0 / 64;  // smallest share of a load that is applied at once
+constexpr int kMaxSteps = 300;         // of Newton's method for one answer, all parts together
 
 }  // namespace
 
@@ -37,7 +38,7 @@ bool SolidStatics::Solve(SolidState* state) {
   if (!SolveInParts(state)) {
     if (progress_.stopped() || linear_ || start_.isZero(0)) return false;
     newton_steps_ = 0;
-    Reset();  // from rest instead of from the last answer
+    Reset();  // starts from rest instead of the last answer
     state->Rest();
     start_ = state->x;
     if (!SolveInParts(state)) return false;
@@ -51,7 +52,8 @@ bool SolidStatics::Solve(SolidState* state) {
   return true;
 }
 
-// All at once if Newton's method takes it, else in parts that are halved until it does.
+// Applies the whole load at once if Newton's method converges, else parts that are halved until it
+// does.
 bool SolidStatics::SolveInParts(SolidState* state) {
   VectorXd& x = state->x;
   Balance& balance = state->balance;

@@ -1,4 +1,4 @@
-// Equilibria of a solid at rest: all of a load at once if Newton's method takes it, else in parts.
+// Static equilibria of a solid: the whole load at once if Newton's method converges, else in parts.
 #pragma once
 
 #include <string_view>
@@ -17,8 +17,8 @@ class SolidStatics {
   SolidStatics(Equilibrium& equilibrium, const Supports& supports, fem::SearchProgress& progress,
                bool linear, int unknowns);
 
-  // Moves the state from its equilibrium under the last loads to that under its present ones, or
-  // finds that from rest. A body that is free takes balanced loads and moves without mean
+  // Moves the state from its equilibrium under the last loads to that under the present ones, or
+  // solves from rest. A body without supports requires balanced loads and moves without mean
   // displacement and rotation. False: failure() is the reason, if one is known.
   bool Solve(SolidState* state);
   // The next solution begins at rest.

@@ -19,9 +19,10 @@ constexpr int kMaxIterations = 20'000;  // of conjugate gradients
 constexpr int kMaxRestarts = 4;
 constexpr double kGridsWorth = 10;            // iterations that a new preconditioner must save
 constexpr int kIterationsBeforeFactor = 200;  // iterations before a factor is tried instead
-constexpr double kFactorSpeed = 600;  // its operations in the time an iteration takes per block
+// Operations of a factorisation in the time of one iteration per block.
+constexpr double kFactorSpeed = 600;
 
-// Neighbours of every node, itself included, rising.
+// Returns the neighbours of every node, including itself, in rising order.
 std::vector<std::vector<int>> NeighboursOf(const TetMesh& mesh) {
   std::vector<std::vector<int>> neighbours(Index(mesh.node_count()));
   for (int node = 0; node < mesh.node_count(); ++node) neighbours[Index(node)].push_back(node);
@@ -141,7 +142,8 @@ struct SymmetricSolver::Iterative {
   fem::BlockMatrix matrix;
   fem::TwoGrid grids;
   fem::NodeVector free, x, r, z, d, Ad;
-  double young = 0, excess = 0;  // iterations: of the least ones per digit, beyond those since
+  // Smallest number of iterations per digit, and excess iterations since.
+  double young = 0, excess = 0;
 
   Iterative(const SparseMatrix& scalars, std::span<const Eigen::Vector3d> points)
       : pattern(PatternOf(scalars)), matrix(pattern), grids(points, pattern) {
@@ -208,7 +210,8 @@ struct SymmetricSolver::Iterative {
     return grids.Factor(matrix, free);
   }
 
-  // How much longer solutions take than the first one with these grids did, per digit.
+  // Accumulates how many more iterations per digit solutions take than the best one with these
+  // grids.
   void CountAge(double digits, long taken) {
     if (taken == 0 || digits <= 0) return;
     young = std::min(young, static_cast<double>(taken) / digits);
@@ -216,7 +219,7 @@ struct SymmetricSolver::Iterative {
   }
 
   enum class Outcome { kConverged, kIndefinite, kSlow, kStopped };
-  // Restarted from the true residual until that one, not the recurrence, is small.
+  // Restarts from the true residual until it is small, not only the residual of the recurrence.
   Outcome Solve(const VectorXd& b, double goal, int most, long* iterations,
                 fem::SearchProgress* progress) {
     for (int restart = 0; restart < kMaxRestarts; ++restart) {
@@ -313,7 +316,7 @@ bool SymmetricSolver::Solve(const VectorXd& b, double tolerance, VectorXd* x) {
     }
     indefinite_ = outcome == Outcome::kIndefinite;
     if (outcome != Outcome::kSlow || worth_ == 0) return false;
-    // Iterations are slow with this body: a factor serves it from now on.
+    // Iterations are slow for this body, so a factor is used from now on.
     factor_->Allocate(*matrix_);
     memory_bytes_ = factor_->entries() * sizeof(double);
     direct_ = true;

@@ -30,13 +30,13 @@ class BlockLayout {
 
   [[nodiscard]] int size() const { return size_; }
   [[nodiscard]] bool has_pressure() const { return pressure_; }
-  // Where the nodes are, in the order of their unknowns.
+  // Returns the positions of the nodes in the order of their unknowns.
   [[nodiscard]] std::vector<Eigen::Vector3d> Points() const;
   // First unknown of a node: x; y, z and the pressure follow.
   [[nodiscard]] int first(int node) const { return first_[static_cast<std::size_t>(node)]; }
   [[nodiscard]] int pressure(int vertex) const { return first(vertex) + 3; }
   [[nodiscard]] int pressures() const { return pressure_ ? mesh_.vertex_count : 0; }
-  // How many unknowns the i-th node of an element has.
+  // Returns the number of unknowns of the i-th node of an element.
   [[nodiscard]] int local_size(int i) const { return pressure_ && i < 4 ? 4 : 3; }
   [[nodiscard]] int element_size() const {
     return 3 * mesh_.nodes_per_element + (pressure_ ? 4 : 0);
@@ -99,29 +99,28 @@ class SymmetricSolver {
   struct Limits {
     std::size_t factor_bytes = std::size_t{2} << 30U;
     double factor_flops = 2e11;    // some tens of seconds
-    double iterated_flops = 2e11;  // beyond them iterations are tried before a factor
+    double iterated_flops = 2e11;  // above this cost iterations are tried before a factor
   };
-  // Analyses the pattern (upper triangle, ordered to be sparse). `points`: where its nodes are,
-  // three unknowns each; without them nothing is iterated. O(entries of the factor).
-  // `progress` is asked on the way whether to stop; may be null, else it outlives this.
+  // Analyses the pattern (upper triangle, ordered to be sparse). `points`: positions of the nodes
+  // with three unknowns each; without them iterations are not used. O(entries of the factor).
+  // `progress` is queried for a stop request; may be null, else it must outlive this.
   SymmetricSolver(const SparseMatrix& pattern, const Limits& limits,
                   std::span<const Eigen::Vector3d> points = {},
                   fem::SearchProgress* progress = nullptr);
   ~SymmetricSolver();
 
   // Rows of `fixed` unknowns are diagonal. False: a zero pivot, with `definite` a negative one, or
-  // (iterative) none of a definite matrix. `renew`: what was found for earlier matrices is of no
-  // use.
+  // (iterative) not a definite matrix. `renew`: does not reuse data of earlier matrices.
   bool Factorize(const SparseMatrix& matrix, bool definite = false,
                  const std::vector<char>& fixed = {}, bool renew = true);
-  // x becomes A^-1 b. The matrix is that of Factorize, still unchanged. Iterations begin at x and
-  // go on until the true residual falls below `tolerance` of b. False: it did not.
+  // Sets x to A^-1 b. The matrix must be that of Factorize, unchanged. Iterations begin at x and
+  // end when the true residual is below `tolerance` times b. False: no convergence.
   bool Solve(const Eigen::VectorXd& b, double tolerance, Eigen::VectorXd* x);
 
   [[nodiscard]] bool is_direct() const { return direct_; }
   // Iterations have met a direction of negative curvature.
   [[nodiscard]] bool indefinite() const { return indefinite_; }
-  // Negative pivots of the last factor; -1: not known (iterative).
+  // Number of negative pivots of the last factor; -1: unknown (iterative).
   [[nodiscard]] int negative_pivots() const { return negative_pivots_; }
   [[nodiscard]] std::size_t memory_bytes() const { return memory_bytes_; }
   // Iterations so far.
@@ -134,7 +133,7 @@ class SymmetricSolver {
   fem::SearchProgress* progress_;
   bool direct_ = true, indefinite_ = false;
   int negative_pivots_ = -1;
-  int worth_ = 0;  // of a factor, in iterations; 0: there is no room for one
+  int worth_ = 0;  // cost of a factor in iterations; 0: not enough memory for one
   long iterations_ = 0;
   std::size_t memory_bytes_ = 0;
   const SparseMatrix* matrix_ = nullptr;  // of iterations

@@ -14,7 +14,7 @@ namespace {
 using Eigen::Vector3d;
 using Eigen::VectorXd;
 
-// Nodes that no element has are left out.
+// Nodes without an element are ignored.
 Eigen::AlignedBox3d BoxOf(const TetMesh& mesh) {
   Eigen::AlignedBox3d box;
   for (const int node : mesh.connectivity) box.extend(mesh.nodes[Index(node)]);
@@ -84,7 +84,8 @@ void Supports::Pin(Balance* balance) {
   pins_.clear();
   free_motions_ = Held(*balance).Free();
 
-  // One unknown after the other: the one that moves most under what is still free.
+  // Fixes unknowns one by one, each time the one with the largest displacement under the remaining
+  // free motions.
   auto left = free_motions_;
   while (left.cols() > 0) {
     int pin = -1;
@@ -99,7 +100,7 @@ void Supports::Pin(Balance* balance) {
     balance->fixed[Index(pin)] = 1;
     pins_.push_back(pin);
     const VectorXd row = left.transpose() * Row(node_of_[Index(pin)], component_of_[Index(pin)]);
-    // The free motions: combinations that do not move the pin.
+    // The remaining free motions are the combinations that do not move this unknown.
     const Eigen::MatrixXd outer = row * row.transpose() / row.squaredNorm();
     const SymmetricEigen split = EigenOf(outer);
     left = (left * split.vectors.leftCols(left.cols() - 1)).eval();

@@ -19,15 +19,15 @@ class Supports {
   Supports(const TetMesh& mesh, const BlockLayout& layout, const HeldNodes& held,
            Eigen::VectorXd volumes);
 
-  // Marks what the scene fixes and nodes of no element.
+  // Marks the unknowns that the scene fixes, and nodes without element.
   void Hold(Balance* balance) const;
-  // Whether moving `node` so would move what the scene fixes.
+  // Returns whether this displacement of `node` would move a component that the scene fixes.
   [[nodiscard]] bool Forbids(int node, const Eigen::Vector3d& displacement) const;
   // Finds the rigid motions that neither fixed unknowns nor rows prevent, and fixes as many further
   // unknowns, so that the body is stationary. O(N).
   void Pin(Balance* balance);
   [[nodiscard]] bool is_free() const { return free_motions_.cols() > 0; }
-  // Work of `force` on the free motions over what it would be if all of it worked [-].
+  // Returns the work of `force` on the free motions, relative to its largest possible value [-].
   [[nodiscard]] double Imbalance(const Eigen::VectorXd& force) const;
   // Force that the pins carry; `unbalanced` is that of Equilibrium.
   [[nodiscard]] double PinForce(const Eigen::VectorXd& unbalanced) const;
@@ -45,7 +45,7 @@ class Supports {
 
   const TetMesh& mesh_;
   const BlockLayout& layout_;
-  HeldNodes held_;  // middles too
+  HeldNodes held_;  // including mid-edge nodes
   Eigen::VectorXd volumes_;
   std::vector<bool> used_;
   fem::HeldMotions motions_;                 // of a body that nothing holds

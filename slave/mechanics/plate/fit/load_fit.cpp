@@ -18,36 +18,41 @@ using Eigen::Index;
 using Eigen::Vector2d;
 
 constexpr int kIterations = 40;
-constexpr double kDifference = 1e-4;  // of the derivatives: radii, share of the force
-constexpr double kConverged = 1e-3;   // step by its standard deviation
-constexpr double kSmallStep = 0.02;   // radii, share of the force: derivatives may stay
+// Step of the difference quotients: radii, fraction of the force.
+constexpr double kDifference = 1e-4;
+constexpr double kConverged = 1e-3;  // step relative to its standard deviation
+// Radii, fraction of the force: smaller steps reuse the derivatives.
+constexpr double kSmallStep = 0.02;
 constexpr double kDamping = 1e-3, kMaxDamping = 1e8;
-constexpr double kGoodFit = 3;        // residual that a start from the last answer must reach
-constexpr double kInwards = 0.6;      // of a second start
-constexpr double kSignificant = 25;   // misfit that the load must explain: five sigma squared
-constexpr double kTrusted = 0.7;      // a residual below it says that the sigmas are too large
-constexpr int kMinFreedom = 10;       // degrees of freedom from which on it does
-constexpr double kMinResidual = 0.1;  // by which sigmas may be too large
-constexpr double kBarely = 0.5;       // of kSignificant: by the small-deflection shape alone
-constexpr double kFaint = 4;          // times kSignificant: the place may be open
-constexpr double kFaintInside = 0.7;  // where such a load is taken to be [radii]
-constexpr double kVague = 0.25;       // standard deviation of a place not known [radii]
+constexpr double kGoodFit = 3;       // residual that a start from the last answer must reach
+constexpr double kInwards = 0.6;     // position of a second start relative to the first
+constexpr double kSignificant = 25;  // misfit that the load must explain: five sigma squared
+constexpr double kTrusted = 0.7;  // a smaller residual shows that the stated sigmas are too large
+constexpr int kMinFreedom = 10;   // smallest number of degrees of freedom for this conclusion
+// Smallest residual relative to sigma, because sigmas may be too large.
+constexpr double kMinResidual = 0.1;
+// Relative to kSignificant: limit for a fit with the small-deflection shape only.
+constexpr double kBarely = 0.5;
+constexpr double kFaint = 4;  // times kSignificant: below it the position may be undetermined
+constexpr double kFaintInside = 0.7;  // radius within which such a load is assumed [radii]
+constexpr double kVague = 0.25;       // standard deviation of an unknown position [radii]
 constexpr std::string_view kNothing = "no load exceeds the noise";
 constexpr int kFineSteps = 3;
-constexpr double kFineConverged = 0.05;  // step by its standard deviation
-constexpr double kAsWell = 1.1;          // squared misfit by that before
-constexpr double kOwnShape = 1e-6;       // share of a change's squares that no load makes
-constexpr double kRim = 1e-3;            // nearer than that a load is at the rim [radii]
+constexpr double kFineConverged = 0.05;  // step relative to its standard deviation
+constexpr double kAsWell = 1.1;          // accepted ratio to the previous squared misfit
+constexpr double kOwnShape = 1e-6;  // smallest part of a change's squares that no load explains
+constexpr double kRim = 1e-3;       // distance at which a load counts as at the rim [radii]
 // Limit for a rigid face: its force rises without limit at the rim, and its domain ends before it.
 constexpr double kRigidRim = 0.05;
 
-// A residual below one says that the sigmas are too large by so much, if enough points say it.
+// Returns the factor by which the stated sigmas are too large: the residual, if it is below one
+// with enough points.
 double SigmaScale(double residual, int freedom) {
   if (freedom < kMinFreedom) return 1;
   return std::clamp(residual / kTrusted, kMinResidual / kTrusted, 1.0);
 }
 
-// The place, or the nearest one at most `margin` from the centre [radii].
+// Returns the place, or the nearest one at a distance of `margin` from the centre [radii].
 Vector2d Inside(const Vector2d& place, double margin) {
   const double r = place.norm();
   return r > margin ? Vector2d(place * (margin / r)) : place;
@@ -177,7 +182,7 @@ std::string_view LoadFitter::Read(std::span<const Vector2d> p_O,
   return {};
 }
 
-// The force is what holds the plate there at that deflection.
+// Computes the force that holds the plate at this position and deflection.
 bool LoadFitter::HoldAt(const plate::LoadSearch::Found& found, Guess* guess) noexcept {
   const Contact held = PlateSurface::ToolContact(
       Contact::Kind::kDisplacement, plate_.radius() * found.place, tool_, found.deflection);
@@ -215,7 +220,7 @@ bool LoadFitter::Misfit(const Guess& guess, Eigen::VectorXd* misfit) noexcept {
   return true;
 }
 
-// Derivatives by differences, inwards so as to stay on the plate.
+// Computes derivatives by differences, with steps inwards to stay on the plate.
 bool LoadFitter::Linearise(const Guess& guess) noexcept {
   force_unit_ = std::abs(guess.force);
   for (int k = 0; k < 3; ++k) {
@@ -233,8 +238,9 @@ bool LoadFitter::Linearise(const Guess& guess) noexcept {
   return true;
 }
 
-// A stretched plate is blunter than the shape that was searched with, so that a load may seem
-// nearer to the rim than it is: what is not explained from there is tried from further inside.
+// The shape of a stretched plate is blunter than the one in the search, so a load may seem nearer
+// to the rim than it is. If the fit from there is not sufficient, it is repeated from a position
+// further inside.
 bool LoadFitter::DescendTwice(Guess* guess, LoadFit* fit) noexcept {
   Guess inner{kInwards * guess->place, guess->force};
   LoadFit inner_fit;
@@ -249,11 +255,12 @@ bool LoadFitter::DescendTwice(Guess* guess, LoadFit* fit) noexcept {
   return found && Descend(guess, fit);
 }
 
-// The derivatives take three solutions of the plate, a step one: small steps share them.
+// Derivatives need three solutions of the plate and a step only one, so small steps reuse the
+// derivatives.
 bool LoadFitter::Descend(Guess* guess, LoadFit* fit) noexcept {
   if (!Misfit(*guess, &misfit_)) return false;
   double damping = kDamping;
-  bool share = false, pressed = true;  // as the guess has it
+  bool share = false, pressed = true;  // state of the guess
   for (int iteration = 0; iteration < kIterations; ++iteration) {
     if (guess->force == 0) return false;
     if (!share) {
@@ -266,7 +273,7 @@ bool LoadFitter::Descend(Guess* guess, LoadFit* fit) noexcept {
     const Guess last = *guess;
     pressed = Step(normal, &damping, guess);
     if (!pressed) {
-      if (!share) break;  // at the bottom as far as rounding lets one see
+      if (!share) break;  // at the minimum within rounding
       share = false;
       damping = kDamping;
       continue;
@@ -280,7 +287,7 @@ bool LoadFitter::Descend(Guess* guess, LoadFit* fit) noexcept {
   return pressed || Press(*guess);
 }
 
-// True: better than before, and the plate is pressed so.
+// Returns true if the misfit decreased; the plate then has the new state.
 bool LoadFitter::Step(const Eigen::Matrix3d& normal, double* damping, Guess* guess) noexcept {
   const Eigen::Vector3d slope = by_.transpose() * misfit_;
   for (; *damping < kMaxDamping; *damping *= 10) {
@@ -301,16 +308,16 @@ bool LoadFitter::Step(const Eigen::Matrix3d& normal, double* damping, Guess* gue
   return false;
 }
 
-// Whether the plate as it is pressed at the guess needs more modes.
+// Returns whether the plate at the guess needs more modes.
 bool LoadFitter::AsksForMoreModes(const Guess& guess) noexcept {
   const double w = std::abs(plate_.Displacement(solution_, plate_.radius() * guess.place));
   return w > plate_.thickness() * plate::ResolvedDeflection(guess.place.norm());
 }
 
 // Uses the Gauss-Newton method with the derivatives of the coarse plate. They differ from those of
-// the fine plate by several percent, which each step leaves. If that fails, it uses the fine
-// plate's own derivatives. False: as it was, of the coarse plate; pressed_ shows whether that still
-// holds.
+// the fine plate by several percent, and so does the remaining error of each step. If this fails,
+// it uses the fine plate's derivatives. False: the guess is unchanged, of the coarse plate;
+// pressed_ states whether its solution is still present.
 bool LoadFitter::Refine(Guess* guess, LoadFit* fit) noexcept {
   const Eigen::Matrix3d normal = by_.transpose() * by_;
   const Eigen::LDLT<Eigen::Matrix3d> factor(normal);
@@ -326,7 +333,7 @@ bool LoadFitter::Refine(Guess* guess, LoadFit* fit) noexcept {
     pressed = step.allFinite() && Misfit(fine, &misfit_);
   }
   bool better = pressed && misfit_.squaredNorm() <= kAsWell * before + 1;
-  if (!better) {  // as near the centre, where the derivatives jump
+  if (!better) {  // happens near the centre, where the derivatives jump
     fine = *guess;
     better = Descend(&fine, fit);
   }
@@ -340,7 +347,7 @@ bool LoadFitter::Refine(Guess* guess, LoadFit* fit) noexcept {
   return better;
 }
 
-// Uses least squares in position and size of the load, linearised at the answer.
+// Uses least squares in position and magnitude of the load, linearised at the solution.
 LoadFitter::Sought LoadFitter::Seek(std::span<const double> change) noexcept {
   if (!last_ || static_cast<Index>(change.size()) != shape_.size()) return {};
   for (std::size_t i = 0; i < change.size(); ++i) {

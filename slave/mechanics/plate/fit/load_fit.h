@@ -26,9 +26,9 @@ struct LoadFit {
   // rms of (measured - fitted) / sigma, by points - 3, or - 6 with Rim::kMayMove; about 1 if all is
   // well.
   double residual = 0;
-  // c0 + c1 x + c2 y along z, x and y in radii [m]: how the rim has moved. Where it is taken to
-  // stay, what of such a motion is left in the residuals: less than the truth, for the load takes a
-  // part.
+  // Motion of the rim along z, c0 + c1 x + c2 y with x and y in radii [m]. If the rim is assumed
+  // fixed: the part of such a motion in the residuals, which is less than the true motion because
+  // the load explains a part.
   Eigen::Vector3d rim_motion{0, 0, 0};
   // kFailed: not identified; kExtrapolated: beyond the plate's range, or a residual beyond 3; see
   // reason.
@@ -37,20 +37,19 @@ struct LoadFit {
   std::string_view reason;
 };
 
-// Whether the clamped rim is where it was at rest, or may have moved along z and tilted: three more
+// Whether the clamped rim is assumed fixed, or may have moved along z and tilted, which adds three
 // unknowns.
 enum class Rim : std::uint8_t { kStays, kMayMove };
 
 // Weighted nonlinear least squares in (x, y, force) by the Levenberg-Marquardt method. Starts from
 // the last solution if it fits, else from the best of 91 positions over the plate with the
-// small-deflection shape, so that no local minimum nearby is taken for the solution.
+// small-deflection shape, so that it does not end in a local minimum.
 class LoadFitter {
  public:
-  // Keeps a reference to the plate and uses its Respond. `tool`: what presses, of a diameter < 0.9
-  // of the plate's. `finer`: the same plate with more modes, used if the first does
-  // not resolve the shape (plate_law.h): up to three steps with its derivatives from the first
-  // solution, so at most four solutions of the finer plate; the whole fit if these fail. Throws
-  // std::invalid_argument.
+  // Keeps a reference to the plate and uses its Respond. `tool`: the tool, with a diameter < 0.9 of
+  // the plate's. `finer`: the same plate with more modes, used if the first does not resolve the
+  // shape (plate_law.h): up to three steps with its derivatives from the first solution, so at most
+  // four solutions of the finer plate; the whole fit if these fail. Throws std::invalid_argument.
   LoadFitter(PlateSurface& plate, const PlateSurface::Tool& tool, PlateSurface* finer = nullptr);
 
   // The load that explains displacements along z [m] with sigmas [m] > 0 at points [m], all frame
@@ -74,7 +73,7 @@ class LoadFitter {
   // the amount that explains them, in addition to another load.
   struct Sought {
     double amount = 0, sigma = 0;  // 0: the points cannot distinguish it from another load
-    double force = 0;              // by which the load would be another, per amount [N]
+    double force = 0;              // change of the load per unit amount [N]
   };
   // `change`: of the points' displacements under the same load, per amount [m]; as many as points.
   // sigma by the points' own. No allocation.
@@ -122,7 +121,7 @@ class LoadFitter {
   Solution solution_;    // of asked_
   PlateSurface::Tool tool_;
   double margin_;                         // largest distance from the centre [radii]
-  std::optional<Guess> last_;             // by plate_
+  std::optional<Guess> last_;             // last solution of plate_
   Validity pressed_ = Validity::kFailed;  // of the last solution
   long allowed_ = std::numeric_limits<long>::max();
   std::vector<Measured> measured_;
@@ -132,7 +131,7 @@ class LoadFitter {
   int count_ = 0;  // of those that count
   Rim rim_ = Rim::kStays;
   plate::RimMotions rims_;
-  Eigen::Vector3d seen_rim_motion_{0, 0, 0};  // in the measured displacements alone
+  Eigen::Vector3d seen_rim_motion_{0, 0, 0};  // from the measured displacements only
   Eigen::VectorXd misfit_, tried_, shape_;    // (measured - fitted) / sigma
   Eigen::Matrix<double, Eigen::Dynamic, 3>
       by_;                 // minus its derivatives by radii and by force_unit_

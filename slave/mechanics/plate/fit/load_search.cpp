@@ -12,7 +12,8 @@ using Eigen::Vector2d;
 
 constexpr int kRings = 5;
 
-constexpr double kNoDirection = 1e-6;  // share of a rim's motion that others do not explain
+// Smallest part of a rim's motion that the others do not explain.
+constexpr double kNoDirection = 1e-6;
 
 }  // namespace
 

@@ -39,8 +39,8 @@ class LoadSearch {
   Eigen::VectorXd shape_;
 };
 
-// Motions of a plate's rim, along z and tilted, that displacements of points contain: what they
-// explain is taken out of measured and fitted displacements alike.
+// Motions of a plate's rim, along z and tilted, that displacements of points contain: their part is
+// removed from measured and fitted displacements.
 class RimMotions {
  public:
   using Columns = Eigen::Matrix<double, Eigen::Dynamic, 3>;
@@ -58,7 +58,7 @@ class RimMotions {
 
  private:
   Columns columns_;
-  Eigen::Matrix3d motions_ = Eigen::Matrix3d::Identity();  // by the columns' shares
+  Eigen::Matrix3d motions_ = Eigen::Matrix3d::Identity();  // one column per motion
 };
 
 }  // namespace palpate::plate

@@ -12,7 +12,7 @@ constexpr int kColumns = 16, kRows = 17;  // radii, depths
 constexpr double kOuter = 0.9;            // largest radius of the tool's edge [radii]
 constexpr double kDeepest = 0.3;          // at the centre [radii]: rotations are moderate
 constexpr int kBisections = 12;
-constexpr double kFirst = 1e-6;  // of the deepest: taken as the first touch
+constexpr double kFirst = 1e-6;  // relative to the largest depth; counts as the first contact
 
 ContactResponse PressAt(PlateSurface& plate, double x, const PlateSurface::Tool& tool,
                         double depth) {
@@ -44,7 +44,7 @@ double PressTable::RimShare(double r) const noexcept {
   return inside * inside;
 }
 
-// Towards the rim the plate gives way less.
+// Returns the largest depth, which decreases towards the rim.
 double PressTable::Deepest(double r) const noexcept {
   return kDeepest * radius_ * (1 - r * r);
 }
@@ -98,7 +98,7 @@ PressTable::Press PressTable::At(double radius, double depth) const noexcept {
   const double y = std::sqrt(known / Deepest(r)) * (kRows - 1);
   const int row = std::min(static_cast<int>(y), kRows - 2);
   const double v = y - row;
-  // Catmull and Rom across radii, Hermite over depth: value and change by v.
+  // Catmull-Rom interpolation over radii, Hermite interpolation over depth: value and derivative.
   const std::array across = {u * (-0.5 + u * (1 - 0.5 * u)), 1 + u * u * (1.5 * u - 2.5),
                              u * (0.5 + u * (2 - 1.5 * u)), u * u * (0.5 * u - 0.5)};
   double secant = 0, change = 0;

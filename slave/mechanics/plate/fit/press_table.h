@@ -8,11 +8,11 @@
 
 namespace palpate {
 
-// The secant stiffness S = F / d over radius and depth, both sides of the plate's symmetry used: it
-// depends on the radius alone. Between depths cubic with the model's own tangents, between radii
-// cubic through four neighbours, of S (1 - r^2 / a^2)^2, which changes little; r: of the tool's
-// centre, under a rigid one of its outermost point. Within 0.5 % of the
-// model up to three quarters of the radius. Const members are thread-safe.
+// The secant stiffness S = F / d over radius and depth, which by symmetry depends on the radius
+// only. It is interpolated between depths by cubics with the model's tangents, and between radii by
+// cubics through four neighbours of S (1 - r^2 / a^2)^2, which varies little; r: radius of the
+// tool's centre, for a rigid tool of its outermost point. Within 0.5 % of the model up to three
+// quarters of the radius. Const members are thread-safe.
 class PressTable {
  public:
   // Solves `plate` a few hundred times and leaves it at rest.
@@ -23,10 +23,10 @@ class PressTable {
     double force = 0, stiffness = 0;  // size of the force [N], d force / d depth [N/m]
     bool valid = false;               // inside the model's range
   };
-  // At `radius` [m] from the centre, `depth` [m] below the plane at rest; at depth <= 0 no force
-  // and the stiffness of the first contact. Nearer to the rim than largest_radius(): the value
-  // there. Deeper than the model's range: along the last tangent. Not finite: no force, not valid.
-  // No allocation.
+  // Returns the press at `radius` [m] from the centre, `depth` [m] below the plane at rest. At
+  // depth <= 0 it has no force and the stiffness of the first contact. Beyond largest_radius() it
+  // is the value there. Beyond the model's range it is extrapolated along the last tangent. If an
+  // argument is not finite, it has no force and is not valid. No allocation.
   [[nodiscard]] Press At(double radius, double depth) const noexcept;
   [[nodiscard]] double largest_radius() const noexcept { return largest_radius_; }  // [m]
 

@@ -1,4 +1,5 @@
-"""What the plug-in uses of lerobot.robots: the registry of configurations, the abstract robot, and the factory."""
+"""Stand-in for lerobot.robots: the registry of configurations, the abstract robot and the factory, as the plug-in uses
+them."""
 import abc
 import importlib
 from dataclasses import dataclass
@@ -48,7 +49,7 @@ class Robot(abc.ABC):
 
 
 def make_robot_from_config(config):
-    """The class beside the configuration, whose name has no Config at its end."""
+    """Makes the robot whose class is beside the configuration's class and has its name without Config."""
     kind = type(config)
     assert kind.__name__.endswith("Config")
     return getattr(importlib.import_module(kind.__module__), kind.__name__[:-6])(config)

@@ -1,4 +1,4 @@
-"""What feed_openni.py calls of the package `openni`: a camera 250 mm before a plane, in counts of 0.02 mm."""
+"""Stand-in for the package `openni`, as feed_openni.py uses it: a camera 250 mm from a plane, in counts of 0.02 mm."""
 import array
 import itertools
 import random

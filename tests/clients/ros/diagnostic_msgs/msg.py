@@ -1,4 +1,4 @@
-"""The messages of diagnostics; see geometry_msgs."""
+"""Stand-ins for the messages of diagnostic_msgs; see geometry_msgs."""
 from geometry_msgs.msg import Message
 
 

@@ -1,4 +1,5 @@
-"""Messages as rosidl generates them from the definitions below: only their fields, only values of their types."""
+"""Stand-ins for messages that rosidl generates from the definitions below. They accept only these fields, with values
+of these types."""
 import re
 
 DEFINITIONS = """
@@ -64,7 +65,7 @@ class Message:
 
 
 def plain(value):
-    """Without messages, for JSON."""
+    """Converts messages to dicts for JSON."""
     if isinstance(value, list):
         return [plain(each) for each in value]
     return value.as_dict() if isinstance(value, Message) else list(value) if isinstance(value, bytes) else value

@@ -1,4 +1,4 @@
-"""The message of deploy/ros2/palpate_msgs. Its fields are those of the definition there."""
+"""Stand-in for the message of deploy/ros2/palpate_msgs, with the fields of its definition."""
 from geometry_msgs.msg import Message
 
 

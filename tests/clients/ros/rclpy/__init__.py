@@ -1,4 +1,5 @@
-"""The calls of rclpy that the bridge makes. Published messages go to the file ROS_PUBLISHED, one JSON object a line."""
+"""Stand-in for rclpy with the calls that the bridge uses. It writes published messages to the file ROS_PUBLISHED, one
+JSON object per line."""
 import json
 import os
 import time

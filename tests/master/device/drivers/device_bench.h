@@ -1,5 +1,5 @@
-// A driver with force feedback behind a stand-in for its vendor's software, with a haptic loop and
-// a virtual slave, all on the injected clock of the stand-in.
+// Connects a force-feedback driver to a fake of its vendor's software, a haptic loop and a virtual
+// slave. All use the fake's injected clock.
 #pragma once
 
 #include <functional>

@@ -1,4 +1,5 @@
-// What holds for every device with force feedback. Another driver adds itself to kMembers.
+// Tests requirements that every device with force feedback must meet. A new driver is added to
+// kMembers.
 #include <memory>
 #include <string>
 
@@ -14,7 +15,7 @@ namespace {
 struct Member {
   std::string name;
   std::unique_ptr<DeviceBench> (*make)();
-  std::string loss;      // how it is reported
+  std::string loss;      // how the loss of the device is reported
   double speed = 0.020;  // of the press that is interrupted [m/s]
   std::size_t instants = 16;
 };
@@ -24,7 +25,7 @@ std::unique_ptr<DeviceBench> MakeDriver() {
   return std::make_unique<DriverBench>(kind());
 }
 
-// Messages of the Haply service take their time: its presses are short.
+// The Haply service's messages take long, so its presses are short.
 const Member kMembers[] = {
     {"touch", MakeDriver<TouchBench>, "silent: communication error"},
     {"dhd", MakeDriver<DhdBench>, "silent: communication error"},

@@ -82,8 +82,8 @@ TEST_F(DhdDeviceTest, ASigmaSensesSixAxesAndItsClosedGripperEngages) {
   EXPECT_EQ(bench_.rig.state(), OperatorState::kFollowing);
 }
 
-// In real time, with the driver's own thread. A transfer that hangs stops that thread, and the
-// loop's thread goes on, without a reading.
+// Runs in real time with the driver's own thread. A transfer that hangs blocks that thread; the
+// loop's thread continues without a reading.
 TEST(DhdThreadTest, AHangingTransferEndsForceAndEngagementAndNotTheTicks) {
   const fakes::Library fake("dhd", "libdhd.so");
   const auto device = DhdDevice::Open({std::nullopt, {BinaryPath("/fakes/dhd")}});

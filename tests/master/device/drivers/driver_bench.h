@@ -1,4 +1,4 @@
-// A driver whose vendor's library is a fake.
+// A driver that uses a fake of its vendor's library.
 #pragma once
 
 #include <string>
@@ -12,7 +12,7 @@
 
 namespace palpate {
 
-// What the tests need to know of a driver.
+// Properties of a driver that the tests need.
 struct BenchKind {
   std::string name, folder, file;
   Eigen::Vector3d (*to_device)(const Eigen::Vector3d& m);  // frame M to that of the fake
@@ -46,7 +46,7 @@ class DriverBench final : public DeviceBench {
  public:
   explicit DriverBench(BenchKind kind) : kind_(std::move(kind)), fake(kind_.folder, kind_.file) {
     fake.set_clock(0);
-    fake.set_option("resolution", "1e-7");  // so that forces compare
+    fake.set_option("resolution", "1e-7");  // so that forces can be compared
     fake.place(0, 0, 0);
   }
   ~DriverBench() override {
@@ -75,7 +75,7 @@ class DriverBench final : public DeviceBench {
   void Switch(bool is_closed) override { fake.press(0, is_closed ? 1 : 0, 0); }
   void Unplug() override { fake.unplug(); }
   void Replug() override { fake.replug(); }
-  // Where the device's own thread is silent, the loop's takes over.
+  // If the device's own thread makes no tick, the loop's thread makes it.
   const TickRecord& Step() override {
     const long before = OwnAllocationCount();
     fake.step(kBenchTick);
@@ -84,9 +84,9 @@ class DriverBench final : public DeviceBench {
     allocations_ += OwnAllocationCount() - before;
     return rig.loop.record();
   }
-  // With those of the fake.
+  // Counts the allocations of the fake as well.
   [[nodiscard]] long allocations() const override { return allocations_; }
-  // The newest command that the device took: when [s], and its force [N].
+  // Returns time [s] and force [N] of the newest command that the device accepted.
   [[nodiscard]] std::pair<double, Eigen::Vector3d> Asked() const {
     double f[3] = {};
     const double t = fake.last_command(f);

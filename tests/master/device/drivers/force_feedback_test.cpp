@@ -1,4 +1,4 @@
-// Drivers with force feedback whose fake can be frozen and made to fail.
+// Tests drivers with force feedback whose fake can be frozen and made to fail.
 #include <random>
 
 #include <gtest/gtest.h>
@@ -14,7 +14,7 @@ class ForceFeedbackTest : public testing::TestWithParam<BenchKind (*)()> {
   DriverBench bench_;
 };
 
-// A device that answers, but with nothing new, or whose own thread has stopped.
+// A frozen device repeats its last position, or its own thread has stopped.
 TEST_P(ForceFeedbackTest, AFrozenDeviceIsDisengagedAfterTwentyMilliseconds) {
   const std::vector<PressTick> press = SimulatedPress();
   bench_.Open();
@@ -62,8 +62,9 @@ TEST_P(ForceFeedbackTest, NoPathFromEngagementToForceSkipsALimit) {
   EXPECT_GT(with_force, 1000) << "the test did not exercise forces";
 }
 
-// Twelve thousand ticks with pressing, letting go, faults, a frozen and an unplugged device. The
-// first press is not counted: the fake allocates where a function is called first.
+// Counts allocations over twelve thousand ticks with presses, releases, faults, a frozen and an
+// unplugged device. The first press is not counted, since the fake allocates memory at the first
+// call of a function.
 TEST_P(ForceFeedbackTest, TicksAllocateNothing) {
   const std::vector<PressTick> press = SimulatedPress();
   bench_.Open();

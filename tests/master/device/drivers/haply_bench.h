@@ -1,4 +1,4 @@
-// The driver of the Inverse3 with a stand-in for the Haply service, which is a process.
+// The driver of the Inverse3 with a fake Haply service, which is a separate process.
 #pragma once
 
 #include <atomic>
@@ -84,9 +84,9 @@ class HaplyService {
   int port_ = 0, control_ = -1;
 };
 
-// Messages take what they take: a tick waits for them. The force gate is open.
+// A tick waits for its messages, however long they take. The force gate is open.
 class HaplyBench final : public DeviceBench {
-  // What `call` returns; its allocations count.
+  // Returns the result of `call` and counts its allocations.
   template <class Call>
   auto Counted(const Call& call) {
     const long before = OwnAllocationCount();

@@ -99,7 +99,7 @@ TEST_F(TouchDeviceTest, ErrorsOfTheServoAreFaultsWithTheirCode) {
   }
 }
 
-// Calls that fail leave their results as they were. Such a reading moves nothing.
+// A failed call leaves its output unchanged. The tool must not move with such a reading.
 TEST_F(TouchDeviceTest, AReadingWithAnErrorIsNoPosition) {
   bench_.Open();
   const FakeKnot knot{0.001, 0.01, 0.02, 0.03};
@@ -116,7 +116,7 @@ TEST_F(TouchDeviceTest, AReadingWithAnErrorIsNoPosition) {
   }
 }
 
-// The library's own clock thread runs, and nobody writes for 20 ms.
+// The library's servo thread runs, and the loop writes no force for 20 ms.
 TEST_F(TouchDeviceTest, TheServoDropsTheForceOfASilentLoop) {
   const std::vector<PressTick> press = SimulatedPress();
   bench_.Open();

@@ -135,7 +135,8 @@ void Core::Took(const Vector3d& force) {
   command_at = time;
 }
 
-// Minimum jerk between the knots: at their times the hand rests. Without knots the handle rests.
+// The handle moves with minimum jerk between the knots and rests at each knot. Without knots it
+// rests.
 void Core::FollowKnots() {
   v.setZero();
   if (knots.empty()) return;

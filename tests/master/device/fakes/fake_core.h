@@ -1,5 +1,6 @@
-// What all fake devices have in common: clock, handle, operator's script and faults. Calls and
-// steps allocate no memory where nothing is new: allocations that a test counts are a driver's own.
+// Common part of all fake devices: clock, handle, operator's script and faults. After the first
+// call of each function, calls and steps allocate no memory, so that a test counts only the
+// driver's allocations.
 #pragma once
 
 #include <atomic>
@@ -18,7 +19,7 @@
 
 namespace palpate::fakes {
 
-// What the device reports: the handle's state, rounded to its resolution.
+// The state of the handle as reported by the device, rounded to its resolution.
 struct Sample {
   double t = 0;  // [s]
   Eigen::Vector3d p = Eigen::Vector3d::Zero();
@@ -69,7 +70,7 @@ class Core {
   };
   std::map<std::string, Fault, std::less<>> faults;
   std::map<std::string, int, std::less<>> calls;
-  Eigen::Vector3d command = Eigen::Vector3d::Zero();  // the newest that the device took [N]
+  Eigen::Vector3d command = Eigen::Vector3d::Zero();  // newest command that the device accepted [N]
   double command_at = 0;                              // [s]
 
   // The motors' force now; zero where they are off.
@@ -79,7 +80,8 @@ class Core {
   bool manual() const { return manual_; }
 
  protected:
-  // Options with their default values; one that reads as a number takes numbers only.
+  // Returns the options with their default values. An option whose default is a number accepts only
+  // numbers.
   virtual std::map<std::string, std::string> Defaults() const = 0;
   virtual void OnReset() {}
   virtual void OnOption(const std::string&) {}

@@ -1,4 +1,5 @@
-// A stand-in for Force Dimension's DHD: one device with the identifier 0, which -1 means too.
+// A fake of Force Dimension's DHD library with one device, whose identifier is 0 (-1 also means
+// this device).
 #include "tests/master/device/fakes/fake_dhd.h"
 
 #include <chrono>
@@ -25,7 +26,7 @@ namespace {
 const Start start(dhd, "DHD");
 }
 
-// Takes the time of a USB transfer. With an injected clock there is none.
+// Waits for the duration of a USB transfer. With an injected clock it does not wait.
 void Transfer() {
   const auto is_done = [begin = std::chrono::steady_clock::now()] {
     const Guard guard(dhd.mutex);
@@ -35,7 +36,8 @@ void Transfer() {
   while (!is_done()) std::this_thread::sleep_for(std::chrono::microseconds(50));
 }
 
-// What the vendor's function does on an open device; negative codes of `Begin` end it.
+// Runs a function of the vendor on an open device. A negative code of `Begin` is returned as the
+// result.
 template <class Work>
 int On(const char* function, int id, Work work) {
   Transfer();
@@ -119,7 +121,7 @@ FAKE_EXPORT bool dhdHasGripper(char id) {
   return Is(__func__, id, [] { return dhd.model().gripper; });
 }
 
-// Forces begin here, also after any of the causes that ended them, while the cause itself is gone.
+// Enables forces, also after they were disabled, provided that the cause is gone.
 FAKE_EXPORT int dhdEnableForce(unsigned char on, char id) {
   return On(__func__, id, [=] {
     if (!on) return dhd.TurnOff(kBySoftware), 0;
@@ -143,7 +145,8 @@ FAKE_EXPORT int dhdGetOrientationFrame(double frame[3][3], char id) {
   return On(__func__, id, [=] {
     if (!dhd.model().wrist) return dhd.Fail(kNotAvailable);
     const int code = dhd.Read();
-    for (int i = 0; i < 9; ++i) frame[i / 3][i % 3] = i % 4 == 0 ? 1 : 0;  // never turned
+    // The handle is never rotated.
+    for (int i = 0; i < 9; ++i) frame[i / 3][i % 3] = i % 4 == 0 ? 1 : 0;
     return code;
   });
 }

@@ -24,7 +24,7 @@ struct Model {
 constexpr Model kModels[] = {{"omega.3", "omega.3", 12, false, false},
                              {"sigma.7", "sigma.7 right", 20, true, true}};
 
-// Positions read that are kept for the velocity: at 1 kHz more than a second.
+// Number of positions kept to compute the velocity: more than a second at 1 kHz.
 constexpr std::ptrdiff_t kMaxFixes = 4096;
 
 struct Dhd : Core {
@@ -39,9 +39,9 @@ struct Dhd : Core {
   std::vector<Fix> fixes;
   Vector3d motors = Vector3d::Zero();
 
-  // model: omega.3 or sigma.7. watchdog: forces end that long after the last command [s]. gripper:
-  // its angle [rad]. deadman: 0 while the hand has left a sigma's handle. transfer: time that each
-  // call takes [s].
+  // model: omega.3 or sigma.7. watchdog: time after the last command at which forces end [s].
+  // gripper: its angle [rad]. deadman: 0 while the operator does not hold the handle of a sigma.
+  // transfer: duration of each call [s].
   std::map<std::string, std::string> Defaults() const override {
     return {{"model", "omega.3"}, {"watchdog", "0.1"}, {"gripper", "0.2"},       {"deadman", "1"},
             {"serial", "1234"},   {"transfer", "0"},   {"resolution", "0.00001"}};
@@ -93,7 +93,8 @@ struct Dhd : Core {
     last_error = error;
     return kFailed;
   }
-  // Enters the vendor's `function` on the device `id`: 0, or what it shall return.
+  // Begins a call of the vendor's `function` on device `id`. Returns 0, or the code that the
+  // function must return.
   int Begin(const char* function, int id) {
     const int code = Enter(function);
     if (code < 0) return Fail(kAnyError), code;
@@ -112,7 +113,7 @@ struct Dhd : Core {
     if (fixes.size() == kMaxFixes) fixes.erase(fixes.begin(), fixes.begin() + kMaxFixes / 2);
     return 0;
   }
-  // Difference over 20 ms of what was read: it is late by half of that.
+  // Returns the difference of read positions over 20 ms, which lags by 10 ms.
   Vector3d Velocity() const {
     if (fixes.size() < 2) return Vector3d::Zero();
     auto from = fixes.end() - 2;

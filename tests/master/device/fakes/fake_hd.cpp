@@ -1,4 +1,4 @@
-// A stand-in for OpenHaptics HDAPI: one device, own servo thread, errors in a queue.
+// A fake of OpenHaptics HDAPI with one device, a servo thread and a queue of errors.
 #include "tests/master/device/fakes/fake_hd.h"
 
 namespace palpate::fakes {
@@ -158,8 +158,8 @@ FAKE_EXPORT void hdMakeCurrentDevice(Handle device) {
   hd.current = device;
 }
 
-// Queries between hdBeginFrame and hdEndFrame give one state; after it they give that of the last
-// frame.
+// Queries between hdBeginFrame and hdEndFrame return one state; later queries return the state of
+// the last frame.
 FAKE_EXPORT void hdBeginFrame(Handle device) {
   const Guard guard(hd.mutex);
   const bool good = hd.Begins(__func__);
@@ -170,7 +170,7 @@ FAKE_EXPORT void hdBeginFrame(Handle device) {
   if (good) hd.Take();
 }
 
-// The force of the frame goes to the motors. What is set holds until another is set.
+// Applies the force of the frame to the motors. A force remains set until another one is set.
 FAKE_EXPORT void hdEndFrame(Handle device) {
   const Guard guard(hd.mutex);
   const bool good = hd.Begins(__func__);

@@ -34,7 +34,7 @@ constexpr unsigned kForceOutput = 0x4000, kClamping = 0x4001, kRamping = 0x4002,
 constexpr unsigned kCalibrationOk = 0x5000, kNeedsUpdate = 0x5001, kNeedsManual = 0x5002;
 constexpr unsigned kSchedulerFull = 0x501;
 constexpr std::size_t kMaxErrors = 64, kMaxCallbacks = 16;
-// An encoder count that was lost: the handle's position that an uncalibrated device reports [m].
+// Offset of the reported position of an uncalibrated device [m].
 const Vector3d kUncalibrated(0.025, -0.015, 0.040);
 
 // A Touch.
@@ -153,7 +153,7 @@ struct Hd : Core {
     if (Calibration() != kCalibrationOk) frame.p += kUncalibrated;
   }
 
-  // What hdGet*v gives for `name`: `count` numbers.
+  // The `count` numbers that hdGet*v returns for `name`.
   struct Values {
     std::array<double, 16> all{};
     std::ptrdiff_t count = 0;

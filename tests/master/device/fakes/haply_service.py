@@ -6,12 +6,14 @@ haply_service.py [--port N] [--api 3.1|3.5|bare] [--control PATH]
 Prints "listening on PORT" when ready (0: any free port). The WebSocket at PORT sends the full inventory first, and then
 one state for each message. A force counts in the form of the API's version only: {"values": {x, y, z}} in 3.1,
 {"vector": {x, y, z}} in 3.5. The forces of all sessions add up, in 3.5 times the gain of the force gate.
-`bare` is as public stand-ins of other projects are: no HTTP, no inventory, forces as in 3.1.
-A session that sends nothing for `idle` seconds adds none. Each line to the socket at PATH gets one line back:
-set NAME VALUE | place X Y Z | follow FILE.csv | press BUTTON DOWN [AFTER] | unplug | replug | clock NOW | step SECONDS | force
+`bare` behaves like public stand-ins of other projects: no HTTP, no inventory, forces as in 3.1. A session that is
+silent for `idle` seconds adds no force.
+
+Each line to the socket at PATH gets one line back:
+  set NAME VALUE | place X Y Z | follow FILE.csv | press BUTTON DOWN [AFTER] | unplug | replug | clock NOW | step SECONDS | force
 Options: idle [s], gain, max_force [N], calibrated. Buttons: 0 to 2 are a, b and c, 3 is home.
-Frame: x right, y away from the user, z up; 0 is the middle of the workspace. The handle is where the script of the
-operator's hand has it, and rests without one.
+Frame: x right, y away from the user, z up; 0 is the middle of the workspace. The handle follows the script of the
+operator's hand, or rests without one.
 """
 import argparse
 import asyncio
@@ -39,7 +41,7 @@ class Handle:
         self.p, self.v, self.knots, self.since = [0.0] * 3, [0.0] * 3, [], 0.0
 
     def move_to(self, now):
-        """Minimum jerk between the knots."""
+        """Interpolates between the knots with minimum jerk."""
         self.v = [0.0] * 3
         if not self.knots:
             return
@@ -76,7 +78,7 @@ class Service:
             (self.buttons.add if event[2] else self.buttons.discard)(event[1])
 
     def made(self):
-        """What the motors make of the forces of all sessions that are not idle."""
+        """Returns the force of the motors: the sum over all sessions that are not idle."""
         if not self.plugged or not self.options["calibrated"]:
             return [0.0] * 3
         active = [s.force for s in self.sessions.values() if self.time - s.heard <= self.options["idle"]]
@@ -108,7 +110,7 @@ class Service:
         return {"inverse3": [arm] if self.plugged else [], "verse_grip": [], "wireless_verse_grip": [grip] if self.plugged else []}
 
     def obey(self, session, text):
-        """What one message changes. Devices and commands that it does not know are passed over."""
+        """Executes one message. Unknown devices and commands are ignored."""
         message = json.loads(text)
         session.full = session.full or "force_render_full_state" in message.get("session", {})
         for device in message.get("inverse3", []):
@@ -167,7 +169,7 @@ def frame(text, opcode=1):
 
 
 async def read_frame(reader):
-    """Opcode and payload of the next frame; clients mask theirs."""
+    """Reads opcode and payload of the next frame. Clients mask their payload."""
     first, second = await reader.readexactly(2)
     length = second & 0x7F
     if length > 125:
@@ -190,7 +192,7 @@ def accept(writer, headers):
 
 
 async def messages(reader, writer):
-    """Text messages until the client leaves."""
+    """Yields text messages until the client disconnects."""
     while True:
         opcode, data = await read_frame(reader)
         if opcode == 8:

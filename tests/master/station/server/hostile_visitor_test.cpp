@@ -104,10 +104,11 @@ TEST_F(HostileVisitorTest, WhatIsNoWishClosesThePageWithTheReason) {
 }
 
 TEST_F(HostileVisitorTest, BrokenFramesEndTheLine) {
-  ClosedBecause("\x81\x05hello");                     // not masked
-  ClosedBecause(std::string("\xf1\x80\0\0\0\0", 6));  // bits that nobody has agreed on
+  ClosedBecause("\x81\x05hello");  // not masked
+  // Reserved bits without a negotiated extension.
+  ClosedBecause(std::string("\xf1\x80\0\0\0\0", 6));
   ClosedBecause(std::string("\x81\xff\x7f\xff\xff\xff\xff\xff\xff\xff\0\0\0\0",
-                            14));  // 2^63 bytes are to come
+                            14));  // announces 2^63 bytes
   ClosedBecause(std::string("\x88\xfe\x10\x00", 4) +
                 std::string(4100, 'x'));                               // a close that is too long
   ClosedBecause(std::string("\x81\x84\0\0\0\0\xff\xfe\xfd\xfc", 10));  // no UTF-8

@@ -91,7 +91,7 @@ class TlsPageTest : public PageAccessTest {
                              [](std::uint64_t) {}},
         access_);
   }
-  // What comes back for `request` up to `end`, or as far as it comes.
+  // Returns the answer to `request` up to `end`, or as much of it as arrives.
   std::string Query(const std::string& request, const std::string& end) {
     asio::io_context context;
     asio::ssl::context tls(asio::ssl::context::tls_client);

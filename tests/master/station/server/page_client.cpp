@@ -124,7 +124,7 @@ bool PageClient::SendFrame(char kind, std::string_view text) {
     frame += static_cast<char>(text.size() >> 8);
     frame += static_cast<char>(text.size() & 0xff);
   }
-  frame.append(4, '\0');  // a mask of zeros leaves the text as it is
+  frame.append(4, '\0');  // a mask of zeros does not change the text
   return Send(frame.append(text));
 }
 

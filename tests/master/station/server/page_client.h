@@ -1,5 +1,5 @@
-// A browser's side of the line to the station, byte by byte, so that tests can also do what no
-// browser does.
+// The browser's side of a connection to the station. It works byte by byte, so that tests can also
+// send data that no browser sends.
 #pragma once
 
 #include <optional>
@@ -10,10 +10,10 @@
 
 namespace palpate {
 
-// One TCP connection on loopback. What does not come within 30 s counts as never.
+// One TCP connection on loopback. Data that does not arrive within 30 s is considered missing.
 class PageClient {
  public:
-  // What the client's end of the connection holds, 0: the system's choice.
+  // Size of the client's receive buffer; 0: the system's default.
   struct Window {
     int receive_buffer = 0;  // [bytes]
     // [bytes]. Loopback sends segments of 65 kB. A window that is smaller than one segment makes
@@ -28,9 +28,9 @@ class PageClient {
 
   // False: the other end has closed.
   bool Send(std::string_view bytes);
-  // All that comes until the other end closes.
+  // Reads until the other end closes.
   std::string ReadAll();
-  // Everything up to and with `end`; what came so far if the other end closes before.
+  // Reads up to and including `end`, or until the other end closes.
   std::string ReadUntil(std::string_view end);
 
   // The WebSocket's handshake; the status line of the answer. Empty headers are left out.

@@ -109,7 +109,7 @@ std::string Count(std::uint32_t taken) {
   return {reinterpret_cast<const char*>(&taken), sizeof taken};
 }
 
-// A browser reads on while its page is busy: what it would have read then is not sent.
+// A browser keeps reading while its page is busy; data that the page cannot use is not sent.
 TEST_F(PageServerTest, APageThatSaysWhatItTookGetsTheNewestNext) {
   constexpr int kAhead = 8;
   PageClient page(server_.endpoint());

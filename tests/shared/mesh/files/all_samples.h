@@ -10,7 +10,7 @@
 namespace palpate::samples {
 
 struct Sample {
-  std::string name;  // what is special about it
+  std::string name;  // its special property
   std::string file;  // its name on disk, chosen by extension
   std::string bytes;
 

@@ -77,7 +77,8 @@ inline std::string Veg(const SolidMesh& mesh, int first) {
          "*MATERIAL BODY\nENU, 45, 3800, 0.15\n\n*SET tip\n1, 2,\n3\n*REGION\nallElements, BODY\n";
 }
 
-// Also a line, a point and a triangle, which a volume's reader passes over; numbers with gaps.
+// Also contains a line, a point and a triangle, which a reader of volumes ignores, and numbering
+// with gaps.
 inline std::string Gmsh2Text(const SolidMesh& mesh) {
   std::string text =
       "$MeshFormat\n2.2 0 8\n$EndMeshFormat\n$PhysicalNames\n1\n3 1 \"foam\"\n$EndPhysicalNames\n"
@@ -189,8 +190,8 @@ inline std::string StlBinary(const SurfaceMesh& mesh) {
   return b.str();
 }
 
-// `format`: ascii, binary_little_endian or binary_big_endian. With properties and elements that are
-// of no use to the reader.
+// `format`: ascii, binary_little_endian or binary_big_endian. Also contains properties and elements
+// that the reader ignores.
 inline std::string Ply(const SurfaceMesh& mesh, const std::string& format) {
   const bool text = format == "ascii", little = format == "binary_little_endian";
   Bytes b(little);

@@ -39,8 +39,8 @@ TEST(IndentationOffset, IsWhatTheDepthIsAheadOfTheIndentation) {
   }
 }
 
-// A steeper indentation within the model's error is no offset: of 200 presses none at 3.5 sigma,
-// where chance gives one of 2000.
+// A steeper indentation within the model's error is not reported as an offset: none of 200 presses
+// at 3.5 sigma, where chance gives one of 2000.
 TEST(IndentationOffset, ASteeperIndentationIsNone) {
   std::mt19937 random(7);
   std::normal_distribution<double> model(0, kModel);
@@ -58,7 +58,7 @@ TEST(IndentationOffset, IsFoundWhileThePressBegins) {
   }
 }
 
-// Many images of one depth are no more than one depth.
+// Many images of the same depth have the weight of one.
 TEST(IndentationOffset, RepeatedImagesDoNotAddUp) {
   IndentationOffset once, often;
   once.Add({5.5, 5.9, kImage}, kModel, kEdge);

@@ -41,7 +41,7 @@ TEST_F(FingertipChecksTest, AForceFarFromThatOfTheModelIsFlagged) {
   }
 }
 
-// As long as a network may look back.
+// The longest window that a network may have.
 TEST_F(FingertipChecksTest, AFingertipBesideItsEncoderPoseIsFlaggedAtOnceAndForAWindow) {
   FingertipSample sample{tip_, &consistency_};
   sample.encoder_error = 0;
@@ -53,8 +53,9 @@ TEST_F(FingertipChecksTest, AFingertipBesideItsEncoderPoseIsFlaggedAtOnceAndForA
   EXPECT_EQ(CodeOf(sample), FailedCheck::kNone);
 }
 
-// Something pressed while the baseline was taken, by 2 N: once it is gone the force pulls. A
-// contact that sticks for a moment as it opens is flagged no longer than it does.
+// The fingertip was pressed with 2 N while the baseline was taken. Once the contact is gone, the
+// estimated force pulls and is flagged. A contact that adheres for a moment while it opens is
+// flagged only during that moment.
 TEST_F(FingertipChecksTest, AForceThatPullsTellsThatTheBaselineWasTakenInContact) {
   Tactile tactile;
   tactile.channels = {4, "kPa"};
@@ -71,7 +72,7 @@ TEST_F(FingertipChecksTest, AForceThatPullsTellsThatTheBaselineWasTakenInContact
       reading.channels.resize(4);
       reading.channels.fill(100);
       reading.channels[2] += static_cast<float>(force / testing_fakes::MeanNetwork::kPerCount);
-      reading.channels[3] += force != 0 ? 50 : 0;  // where PadLocaliser finds a contact
+      reading.channels[3] += force != 0 ? 50 : 0;  // so that PadLocaliser finds a contact
       for (int i = 0; i < count; ++i) {
         tip.Estimate(reading, false, false);
         code = CodeOf({tip, &consistency_});

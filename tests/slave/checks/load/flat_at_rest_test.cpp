@@ -26,7 +26,7 @@ std::vector<SurfacePoint> Rest(const std::function<double(double, double)>& heig
   return points;
 }
 
-// How the plane lies is the pose's business.
+// A tilt of the plane is part of the pose and is not checked here.
 TEST(RestShapeTest, APlaneIsFlatHoweverItLies) {
   const auto tilted = Rest([](double x, double y) { return 0.01 + 2e-3 * x - 3e-3 * y; });
   const RestShape shape = RestShapeOf(tilted, kRadius);

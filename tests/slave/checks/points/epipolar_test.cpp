@@ -21,13 +21,13 @@ constexpr double kNoise = 0.01;  // of a place in an image, per axis [px]
 constexpr int kRest = 10;
 constexpr double kPeriod = 1.0 / 30;  // [s]
 
-// 35 points on a membrane that is dented in its middle, and what spoils how they are seen.
+// 35 points on a membrane that is indented at its centre, with errors of the cameras that see them.
 class Watched {
  public:
   // Depths of the indentation [m] that the left and the right image show.
   SurfaceObservation& Show(double left_depth, double right_depth) {
     seen_.sensed_at += Seconds(kPeriod);
-    seen_.skew = -reported_late * kPeriod;  // what is late was taken before
+    seen_.skew = -reported_late * kPeriod;  // a late image was taken earlier
     seen_.points.resize(35);
     for (std::size_t i = 0; i < seen_.points.size(); ++i) {
       const Vector3d rest(0.01 * (static_cast<double>(i % 7) - 3),
@@ -49,7 +49,7 @@ class Watched {
     }
     return seen_;
   }
-  // Looks at a still membrane till the rest is known, and once more.
+  // Observes a still membrane until the rest state is known, and once more.
   void Rest() {
     for (int i = 0; i <= kRest; ++i) Process(0, 0);
   }
@@ -71,7 +71,7 @@ class Watched {
     }
     return FailedCheck::kNone;
   }
-  // Likewise of a press to 5 mm and back again and again, a dozen images each.
+  // The same with repeated presses to 5 mm and back, a dozen images each.
   FailedCheck Swing(double late) {
     const auto depth = [](double image) {
       return 2.5e-3 * (1 - std::cos(std::numbers::pi / 6 * image));
@@ -114,7 +114,8 @@ TEST(EpipolarCheckTest, APressThatBothCamerasSeeAtOnceIsNotFlagged) {
   Watched watched;
   watched.Rest();
   EXPECT_EQ(watched.Press(0), FailedCheck::kNone);
-  // Four unknowns explain their share of the 35 misses, whose noise is that of two positions.
+  // The four fitted unknowns absorb their share of the 35 misses, whose noise is that of two
+  // positions.
   EXPECT_NEAR(watched.epipolar_px(), kNoise * std::hypot(1, std::sqrt(2 * 4 / 35.0)), 0.4 * kNoise);
 }
 
@@ -126,9 +127,10 @@ TEST(EpipolarCheckTest, ImagesOfDifferentInstantsAreFlaggedWhileThePressMoves) {
   }
 }
 
-// Reference: the lateness drawn; the moment in the middle is off by half of what stamps do not
-// show. What 40 pairs' noise, as they are stated to have, leaves open besides is 0.02 of an image.
-// Tolerance: the speed is that of half an image before, which makes up to a quarter of it.
+// Reference: the simulated delay. The stated time of a pair is wrong by half of the delay that the
+// timestamps do not show. The stated noise of 40 pairs leaves an uncertainty of 0.02 image periods.
+// Tolerance: the speed is that of half an image earlier, which changes the result by up to a
+// quarter.
 TEST(EpipolarCheckTest, TheMomentIsAsSureAsStampsAgreeWithWhatMoves) {
   for (const double late : {0.0, 0.08, -0.08}) {
     for (const double reported : {0.0, 0.08, -0.08}) {
@@ -191,7 +193,7 @@ TEST(EpipolarCheckTest, PointsErrByNoiseAloneIfTheyScatterByItAtRest) {
   }
 }
 
-// One dot seen beside its place, and dots hidden, say nothing of the cameras.
+// One displaced dot or hidden dots do not indicate a fault of the cameras.
 TEST(EpipolarCheckTest, AStrayPointIsNoMotion) {
   Watched watched;
   watched.Rest();

@@ -12,7 +12,7 @@ namespace {
 using Eigen::Isometry3d;
 using Eigen::Vector3d;
 
-// A membrane of 50 mm, tilted, 200 mm before the eye, which does not look straight at it.
+// A tilted membrane of 50 mm, 200 mm in front of a camera whose axis does not point at it.
 class MembraneDistanceTest : public testing::Test {
  protected:
   MembraneDistanceTest() {
@@ -21,7 +21,8 @@ class MembraneDistanceTest : public testing::Test {
     X_SE_ = Isometry3d(Eigen::AngleAxisd(0.2, Vector3d::UnitY()));
     X_SE_.translation() = Vector3d(0.03, -0.05, -0.2);
   }
-  // Points of the membrane at rest, all `farther` from the eye by a share; one is not seen.
+  // Points of the membrane at rest, all at a distance increased by the fraction `farther`; one is
+  // not seen.
   [[nodiscard]] SurfaceObservation Seen(double farther) const {
     SurfaceObservation seen;
     seen.found = true;

@@ -25,8 +25,8 @@ SurfaceMesh Square() {
   return surface;
 }
 
-// What a camera of another focal length (by `focal`), place and rotation about y measures of the
-// square on a table.
+// Returns what a camera measures of the square on a table if its focal length (factor `focal`),
+// position and rotation about y differ from the stated ones.
 std::vector<RestRay> Seen(double focal, double scale, double shift, double tilt, bool has_table) {
   constexpr double kFocal = 150;
   std::vector<RestRay> rays;
@@ -93,7 +93,7 @@ TEST(RestSurfaceTest, IntrinsicsOfAnotherStreamAreNamed) {
   }
 }
 
-// The focal length of one axis alone is wrong: the sides along the other one see the table. The
+// Only the focal length of one axis is wrong: the sides along the other axis see the table. The
 // body's edge must be in the image: with 1.7 times the focal length it no longer is.
 TEST(RestSurfaceTest, PixelsThatAreNotSquareAreNamed) {
   for (const double focal : {0.5, 0.8, 1.25, 1.5}) {

@@ -53,8 +53,9 @@ struct Block {
 };
 
 struct Measured {
-  double thickness, x, width, depth, behind, nu;  // by the side of 100 mm; behind < 0: the middle
-  double stiffness;                               // by E and the side
+  // Relative to the side of 100 mm; behind < 0: the centre.
+  double thickness, x, width, depth, behind, nu;
+  double stiffness;  // relative to E and the side
 };
 
 // Reference: trilinear bricks with mean dilatation, graded to the tool's ends, 6 and 10 across the
@@ -79,9 +80,9 @@ TEST(ExtrudedModel, IsAsStiffAsBricksInSpace) {
   }
 }
 
-// Reference: quadratic triangles in plane stress, which the simulator takes for true. A sheet of a
-// hundredth of its width, pressed through all of its thickness: under a glued tool it cannot become
-// thicker, which reaches as deep as it is thick. Tolerance: 2 %.
+// Reference: quadratic triangles in plane stress, as in the simulator. The sheet's thickness is a
+// hundredth of its width and the tool presses over the whole thickness. Under a bonded tool the
+// sheet cannot become thicker; this effect reaches as deep as the thickness. Tolerance: 2 %.
 TEST(ExtrudedModel, AThinSheetIsInPlaneStress) {
   Block sheet(SceneOf(100, 1, 0.3, "width: 10 mm, depth: whole"));
   const simulation::TrueBody body(sheet.scene);
@@ -111,9 +112,9 @@ TEST(ExtrudedModel, TheInsideOfAThinSheetMovesAsBoundaryElementsSay) {
   }
 }
 
-// By symmetry of the block: places mirrored at its middle, and a tool as far from the front as
-// another from the back. Tolerance: meshes differ, see above; the second one is the same to the
-// rounding of its layers.
+// Reference: symmetry of the block: places mirrored at its centre, and tools at equal distances
+// from the front and from the back. Tolerance: meshes differ, see above; in the second case only by
+// the rounding of the layers.
 TEST(ExtrudedModel, MirroredToolsHaveMirroredForces) {
   const auto with = [](double behind) {
     return SceneOf(80, 60, 0.4,
@@ -128,8 +129,8 @@ TEST(ExtrudedModel, MirroredToolsHaveMirroredForces) {
   EXPECT_NEAR((behind.force_O - left.force_O).norm(), 0, 1e-6 * left.force_O.norm());
 }
 
-// By definition: a front edge under the tool moves with it, one behind which the tool is moves
-// less, and the held side does not.
+// By definition: a front edge under the tool moves with it, a front edge in front of the tool moves
+// less, and the supported side does not move.
 TEST(ExtrudedModel, TheFrontEdgeMovesAsFarAsTheToolIsNear) {
   const auto moved = [](double behind) {
     Block block(SceneOf(100, 60, 0.45,

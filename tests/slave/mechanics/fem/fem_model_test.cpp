@@ -42,8 +42,8 @@ TEST(FemModel, APointThatLiesMostlyOnASupportIsFlagged) {
   EXPECT_EQ(low.flag_reason, kOnSupport);
 }
 
-// Law: the linear law's force is in proportion to the displacement, however few digits a residual
-// leaves to rounding.
+// Law: the linear law's force is proportional to the displacement, even if the requested residual
+// is near the rounding error.
 TEST(FemModel, AskingForMoreDigitsThanThereAreIsHarmless) {
   const SolidMesh mesh = Block();
   for (const Vector3d& place : {Vector3d(0.0232, 0.0111, 0.06), Vector3d(0.06, 0.031, 0.0422)}) {
@@ -132,9 +132,9 @@ TEST(FemModel, ThreadsDoNotChangeABit) {
   }
 }
 
-// A body that swings far enough for its factor to age and to be replaced, part by part, again and
-// again. Reference: the same motion with every linear system solved to the last digit; 1e-6 of a
-// residual are up to 1e-4 of the displacement at the end. Nothing is allocated on the way.
+// A body oscillates so far that its factor becomes outdated and is replaced, part by part, several
+// times. Reference: the same motion with every linear system solved to rounding; a residual of 1e-6
+// changes the final displacement by up to 1e-4. No memory is allocated during the motion.
 TEST(FemModel, SwingsTheSameWithFactorsThatAge) {
   const SolidMesh mesh = Block(6);
   const auto held = FixedWhere(mesh, [](const Vector3d& p) { return p.x() < 1e-9; });
@@ -193,8 +193,8 @@ void ExpectThatItStopsAndGoesOn(DeformationModel& model, const Contact& contact,
 }
 
 // Law: a long search reports its progress, stops on request, and may be started again. The factor
-// alone takes longer than the tenth of a second without reports. Solids search by iterations, and
-// with a factor whose own reports may leave no time for those of the search.
+// alone takes longer than the tenth of a second without reports. Tested with iterations, and with a
+// factor, whose own reports may replace those of the search.
 TEST(FemModel, LongSearchesTellHowFarTheyAreAndStop) {
   const SolidMesh bar = MeshBox({1, 0.1, 0.1}, {64, 9, 9});
   const auto held = FixedWhere(bar, [](const Vector3d& p) { return p.x() < 1e-9; });

@@ -42,8 +42,8 @@ inline void AddTet(std::array<int, 4> tet, SolidMesh* mesh) {
   }
 }
 
-// Every cell of a grid cut into 24 tetrahedra at its middle and the middles of its faces. Such a
-// cell has more unknowns than volumes to keep, as MeshBox's have not.
+// Divides every cell of a grid into 24 tetrahedra at its centre and the centres of its faces.
+// Unlike MeshBox's cells, such a cell has more unknowns than incompressibility constraints.
 inline SolidMesh CrossedBox(const std::array<std::vector<double>, 3>& grid) {
   SolidMesh mesh;
   std::map<std::array<int, 3>, int> number;  // of nodes, by twice their place in the grid
@@ -106,8 +106,9 @@ inline void GrowShell(double growth, std::vector<std::array<int, 3>>* skin, Soli
   }
 }
 
-// Its top is the plane z = 0, the middle the origin. A core 2 `core` wide and `core` high of cells
-// of `core` / `cells`, in shells that grow with the distance, up to `extent`.
+// The top is the plane z = 0 with the origin at its centre. The core is 2 `core` wide and `core`
+// high with cells of `core` / `cells`. It is surrounded by shells whose cells grow with the
+// distance, up to `extent`.
 inline SolidMesh GradedSlab(double core, int cells, double extent) {
   const std::vector<double> half = GradedSteps(core, core / cells, 2, core);
   std::vector<double> down = Mirrored(half);

@@ -26,7 +26,8 @@ struct SphereOnHalfSpace {
     const double left = std::max(0.0, 1 - displacement / SlidesAt());
     return mu * NormalForce() * (1 - std::pow(left, 1.5));
   }
-  // The same after it grew to `farthest` and came back by twice the distance at most.
+  // The tangential force after the displacement grew to `farthest` and then decreased by twice that
+  // at most.
   [[nodiscard]] double TangentialBack(double displacement, double farthest) const {
     const double left = std::max(0.0, 1 - (farthest - displacement) / (2 * SlidesAt()));
     return Tangential(farthest) - 2 * mu * NormalForce() * (1 - std::pow(left, 1.5));

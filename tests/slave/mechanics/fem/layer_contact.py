@@ -1,8 +1,8 @@
-"""Forces of a rigid sphere on a linear elastic layer bonded to a rigid base, with Coulomb's friction.
+"""Computes the forces of a rigid sphere on a linear elastic layer bonded to a rigid base, with Coulomb's friction.
 
-The layer's compliance by wavenumber is exact (a 4 x 4 system of first order through the thickness).
-The sphere is pressed in four increments and then dragged; pressure and shear on a periodic grid of
-32 mm are found by accelerated projected gradients. Prints what sphere_contact_test.cpp compares with:
+The layer's compliance as a function of the wavenumber is exact (a 4 x 4 system of first order through the thickness).
+The sphere is pressed in four increments and then dragged; pressure and shear on a periodic grid of 32 mm are found by
+accelerated projected gradients. Prints the reference values of sphere_contact_test.cpp:
 
     python3 layer_contact.py RADIUS DEPTH NU FRICTION NODES [DRAG...]       (SI units)
     python3 layer_contact.py 0.05 0.2266e-3 0.49 0.5 144 3.5e-4 4e-4 4.5e-4
@@ -11,12 +11,13 @@ import sys
 
 import numpy as np
 
-SIDE, THICKNESS, MODULUS = 32e-3, 4e-3, 1e5  # of the grid [m], of the layer [m], E [Pa]
+SIDE, THICKNESS, MODULUS = 32e-3, 4e-3, 1e5  # side of the grid [m], thickness of the layer [m], E [Pa]
 
 
 def layer_compliance(nu, k):
-    """Along the wave (a), between it and the normal (b), normal (d), across (s), for h = 4 mm and
-    wavenumbers k [1/mm]; [mm] by E. Waves shorter than the thickness see 9 / k of it."""
+    """Returns the compliance times E [mm] along the wave (a), between wave and normal (b), along the normal (d) and
+    across (s), for h = 4 mm and wavenumbers k [1/mm]. For waves shorter than the thickness only the depth 9 / k is
+    integrated."""
     mu = 1 / (2 * (1 + nu))
     lam = nu / ((1 + nu) * (1 - 2 * nu))
     stiff = lam + 2 * mu

@@ -70,7 +70,7 @@ TEST(FemMotion, RayleighDampingHasItsRatioAtEveryFrequency) {
     params.options.damping_mass = given.at("params").at("a_mass");
     params.options.damping_stiffness = given.at("params").at("b_stiffness");
     const double d = 2 * h * zeta * omega, k = h * h * omega * omega;
-    // Nothing turns here: the co-rotational law takes the same steps.
+    // The body does not rotate, so the co-rotational law gives the same steps.
     for (const auto law : {FemOptions::Law::kLinear, FemOptions::Law::kCorotational}) {
       params.options.law = law;
       const auto e = Swing(body, params, 100);
@@ -247,7 +247,7 @@ TEST(FemMotion, EnergyFromNowhereIsFlagged) {
     Count count;
     for (int i = 0; i < steps; ++i) {
       const auto r = Respond(model, {solids::Push(mesh, tip, {0, 0, 0})}).front();
-      if (r.validity == Validity::kFailed) break;  // it has grown too far for a step
+      if (r.validity == Validity::kFailed) break;  // it has grown too much for one step
       const bool jumped = model.energy() > before * 1.01;
       const bool is_flagged = model.stepper()->gained_energy();
       count.jumps += jumped ? 1 : 0;
@@ -294,7 +294,7 @@ TEST(FemMotion, AFailedStepLeavesTheMotionAsItWas) {
   for (const auto& params : {solids::Linear(solids::Foam()), solids::Foam()}) {
     FemModel interrupted(mesh, held, Dynamic(params, 0.01)),
         steady(mesh, held, Dynamic(params, 0.01));
-    // Just less than is refused at once; a soft node moves farther than is accepted.
+    // Slightly below the force that is refused at once; a soft node moves farther than accepted.
     const double most = 0.9e6 * params.material.young_modulus * kEdge * kEdge;
     for (int k = 1; k <= 6; ++k) {
       if (k == 4) {

@@ -23,7 +23,7 @@ using Eigen::Matrix3d;
 constexpr double kPoissonRatio = 0.45;
 constexpr double kSide = 0.08;  // [m]
 
-// A block of nine elements and more whose sides are not alike, a soft and a stiff half.
+// A block of at least nine elements with unequal sides and a soft and a stiff half.
 SolidMesh Block(int cells) {
   SolidMesh mesh = MeshBox({kSide, kSide, 0.6 * kSide}, {cells, cells, cells / 2 + 1});
   for (const auto& tet : mesh.tets) {
@@ -85,8 +85,8 @@ TEST(NeoHookeanLanes, ForcesAndEnergyAreThoseOfTheLaw) {
   }
 }
 
-// Law: the tangent is the derivative of the forces; central differences truncate near 1e-9. With
-// what is found in the same pass, and symmetric.
+// Law: the tangent is the derivative of the forces; central differences truncate near 1e-9. It
+// equals the tangent from the combined pass and is symmetric.
 TEST(NeoHookeanLanes, TheTangentIsTheDerivativeOfTheForces) {
   const SolidMesh mesh = Block(3);
   FemBody body(mesh, OnFloor(mesh), {kPoissonRatio, TetElements::Law::kNeoHookean});
@@ -196,11 +196,10 @@ TEST(NeoHookeanModel, OneStepPerQueryFollowsContactsThatMove) {
   EXPECT_LE(steps, kQueries + 5);
 }
 
-// Law: a contact that is lifted off at once moves the body without moving itself, which predicts
-// nothing of the contact that is left: this one is followed as before, by the steps of a contact
-// that was alone all the time and one more for the body that comes back, within 1 % of the
-// converged answer (the required bound). Predicted by the release, the two queries after it take 5
-// and 3.
+// Law: a contact that is lifted off suddenly moves the body, but this motion predicts nothing about
+// the remaining contact. The remaining contact needs as many steps as a contact that was alone all
+// the time, and one more for the body's return, within 1 % of the converged answer (the required
+// bound). With a prediction from the release, the two queries after it would need 5 and 3 steps.
 TEST(NeoHookeanModel, AContactThatIsLiftedOffSpoilsNoPrediction) {
   const SolidMesh mesh = Block(14);
   FemModel model(mesh, OnFloor(mesh), Organ(5e-2)), alone(mesh, OnFloor(mesh), Organ(5e-2)),
@@ -224,8 +223,8 @@ TEST(NeoHookeanModel, AContactThatIsLiftedOffSpoilsNoPrediction) {
   EXPECT_LE(steps, expected_steps + 1);
 }
 
-// Law: a deadline ends the search after the step under way and flags the answer; without haste the
-// next query finds the converged one.
+// Law: a deadline ends the search after the current step and flags the answer; without a deadline
+// the next query finds the converged one.
 TEST(NeoHookeanModel, ADeadlineEndsTheStepsAndFlagsTheAnswer) {
   const SolidMesh mesh = Block(14);
   auto params = Organ(1e-8);
@@ -300,11 +299,11 @@ TEST(NeoHookeanModel, EveryAnswersErrorIsEstimated) {
   }
 }
 
-// Law: whatever the queries before were, an estimate is that of its own answer: after jumps from
-// any contacts to any others, tools that hold still and tools that are lifted off, the true
-// difference to the converged force is within two estimates in 95 % (the required bound). No
-// estimate is zero, and no more than one in ten is above ten times its difference, as another
-// query's would be: the differences themselves range over three decades.
+// Law: an error estimate belongs to its own answer, whatever the earlier queries were. After jumps
+// between arbitrary contacts, with resting tools and with tools that are lifted off, the true
+// difference to the converged force is within twice the estimate in 95 % of the cases (the required
+// bound). No estimate is zero, and at most one in ten exceeds ten times its difference. The
+// estimate of another query would do so, since the differences range over three decades.
 TEST(NeoHookeanModel, AfterJumpsAnEstimateIsThatOfItsAnswer) {
   const SolidMesh mesh = Block(14);
   FemModel model(mesh, OnFloor(mesh), Organ(5e-2)), converged(mesh, OnFloor(mesh), Organ(1e-9));
@@ -313,7 +312,7 @@ TEST(NeoHookeanModel, AfterJumpsAnEstimateIsThatOfItsAnswer) {
   std::vector<Contact> contacts;
   int answers_seen = 0, within = 0, far_above = 0;
   for (int k = 0; k < 36; ++k) {
-    if (k % 3 < 2) {            // else they hold still
+    if (k % 3 < 2) {            // otherwise the tools rest
       const int which = k % 4;  // both, the first, both, the second
       contacts.clear();
       if (which != 3) contacts.push_back(Disc(0.3, 0.3, {aside(random), 0, -depth(random)}));
@@ -334,8 +333,8 @@ TEST(NeoHookeanModel, AfterJumpsAnEstimateIsThatOfItsAnswer) {
   EXPECT_LE(far_above, 0.1 * answers_seen);
 }
 
-// Law: a tool that returns to exactly zero leaves no force; what remains is small by the force
-// before it.
+// Law: a tool that returns to exactly zero displacement has no force; the residual force is small
+// relative to the earlier force.
 TEST(NeoHookeanModel, ReturningToExactlyZeroTakesFewSteps) {
   const SolidMesh mesh = Block(14);
   FemModel model(mesh, OnFloor(mesh), Organ(1e-6));

@@ -23,10 +23,10 @@ Vector3d ForceAt(FemModel* model, Contact* contact, const Vector3d& displacement
   return response[0].force_O;
 }
 
-// Hertz, and Cattaneo and Mindlin's partial slip up to sliding and back again (half_space.h), in a
-// contact of a 200th of the slab's thickness, whose base stiffens it by half a percent at nu = 0.4
-// (Dimitriadis et al., Biophys. J. 82, 2002, eq. 11). Tolerance: 5 % of the normal force and of mu
-// times it, for nodes 0.15 of the contact's radius apart.
+// Reference: Hertz, and partial slip by Cattaneo and Mindlin up to sliding and back (half_space.h).
+// The contact is a 200th of the slab's thickness, whose base makes it stiffer by half a percent at
+// nu = 0.4 (Dimitriadis et al., Biophys. J. 82, 2002, eq. 11). Tolerance: 5 % of the normal force
+// and of mu times it, with nodes 0.15 contact radii apart.
 TEST(FineSlab, ASphereSlipsAsCattaneoAndMindlinHaveIt) {
   constexpr double kNu = 0.4, kExtent = 200, kBase = 1.005;  // lengths by the contact's radius
   const SolidMesh mesh = GradedSlab(1.25, 6, kExtent);
@@ -64,7 +64,8 @@ TEST(FineSlab, ASphereSlipsAsCattaneoAndMindlinHaveIt) {
 // same friction (layer_contact.py).
 class FineGel : public testing::Test {
  protected:
-  // Steps of `side` up to `across` from the middle and down to `deep`, then coarser [m].
+  // The mesh has cells of `side` up to `across` from the centre and down to `deep`, then coarser
+  // ones [m].
   void Make(double radius, double friction, double side, double across, double deep) {
     const auto half = [&](double width) {
       return Mirrored(GradedSteps(across, side, 1.5, 0.5 * width));
@@ -96,9 +97,9 @@ TEST_F(FineGel, ASphereOf3MmPressedBy08Mm) {
   EXPECT_NEAR(-force.z(), 0.361, 0.05 * 0.361);
 }
 
-// With friction: the layer's theory has 0.542 N, and 0.251 N at most when the sphere is then
-// dragged sideways (published: 0.502 N, which is the frictionless force, and 0.237 N). Tolerance 5
-// %, 3.5 of which are cells of a fifth of the contact's radius.
+// With friction the theory of the layer gives 0.542 N, and at most 0.251 N when the sphere is then
+// dragged sideways (published: 0.502 N, which is the frictionless force, and 0.237 N). Tolerance: 5
+// %, of which 3.5 % come from cells of a fifth of the contact's radius.
 TEST_F(FineGel, ASphereOf50MmPressedBy02MmAndDragged) {
   constexpr double kDepth = 0.2266e-3;
   Make(0.05, 0.5, 1e-3, 4e-3, 2e-3);

@@ -30,7 +30,7 @@ FemBody UnitTet(TetElements::Law law, double nu = 0.25) {
   return FemBody(kUnitTet, solids::Held(4), {.poisson_ratio = nu, .law = law});
 }
 
-// What moves the nodes of the mesh to `x`.
+// Returns the displacements that move the nodes of the mesh to `x`.
 NodeVector DisplacementTo(const FemBody& body, const std::array<Vector3d, 4>& x) {
   NodeVector u(4);
   for (int a = 0; a < 4; ++a) {
@@ -80,7 +80,8 @@ TEST(TetElements, RigidMotionCostsNothingWhereElementsRotate) {
   }
 }
 
-// Law: all of a body that turns as one turns alike, the body's quaternions of either sign included.
+// Law: if the body rotates rigidly, all its nodes have the same rotation, whatever the sign of the
+// quaternions.
 TEST(TetElements, NodesTurnWithTheirBody) {
   const SolidMesh mesh = MeshBox({1, 1, 1}, {3, 3, 3});
   FemBody body(mesh, solids::Held(mesh.nodes.size()),

@@ -69,14 +69,15 @@ double TangentialOf(const Vector3d& force) {
   return force.head<2>().norm();
 }
 
-// Laws of every cell: the force never leaves Coulomb's cone, and lies on it where the tool moves
-// mostly along the surface and a bonded one would bear far more; else nodes that slip away from the
-// middle rub against each other. Reference of endless friction: the disc's nodes held by
-// SolidModel, another formulation; of none: the frictionless tool. Tolerances: 1e-3 of the force by
-// what the residual leaves; a thousandth of friction moves the normal force by its own size, and
-// fifty times the normal force holds all nodes but where the rim is pulled.
+// Laws for every case: the force is never outside Coulomb's cone. It lies on the cone if the tool
+// moves mainly along the surface and a bonded tool would have a far larger force; otherwise nodes
+// that slip away from the centre have opposite friction forces. Reference for infinite friction:
+// SolidModel with the disc's nodes fixed to the tool, another formulation; for zero friction: the
+// frictionless tool. Tolerances: 1e-3 of the force for the residual; a friction of 0.001 changes
+// the normal force by this fraction, and with a friction of 50 all nodes stick except where the rim
+// is pulled.
 struct Cell {
-  double friction = 0, nu = 0, slant = 0;  // [-], [-], of the way from the normal [deg]
+  double friction = 0, nu = 0, slant = 0;  // [-], [-], angle of the path from the normal [deg]
 };
 class CoulombLimits : public testing::TestWithParam<Cell> {};
 TEST_P(CoulombLimits, FromNoFrictionToABondedTool) {
@@ -116,15 +117,16 @@ std::vector<Cell> Cells() {
 INSTANTIATE_TEST_SUITE_P(Cells, CoulombLimits, testing::ValuesIn(Cells()));
 
 // A flat block under a normal force N sticks like a bonded one, and slides with the force mu N
-// against its motion in every direction. Its five nodes start to slide one after the other from 0.7
-// mu N on. While the slide is shorter than the deformation, the nodes still move towards each
+// opposite to its motion in every direction. Its five nodes start to slide one after the other from
+// 0.7 mu N on. While the slide is shorter than the deformation, the nodes still move towards each
 // other: up to 4 degrees off the motion. Tolerance otherwise: 1e-3.
 TEST(Block, SticksBelowCoulombsForceAndSlidesAtItInEveryDirection) {
   constexpr double kFriction = 0.4, kStep = 1e-4, kDepth = 1e-3, kNu = 0.4;  // [-], [m]
   const Slab slab(12);
   FemModel model(slab.mesh, slab.held, Rough(kDisc, kFriction, kNu));
   FemModel bonded(slab.mesh, slab.held, Touched(kDisc, ContactLaw::kBonded, 0, kNu));
-  Contact contact{.p_O = {0.04, 0.04, 0.04}, .width = 0.016};  // no node enters or leaves
+  // The set of touched nodes does not change.
+  Contact contact{.p_O = {0.04, 0.04, 0.04}, .width = 0.016};
   for (int turn = 0; turn < 7; ++turn) {
     const double angle = 2 * std::numbers::pi * turn / 7;
     const Vector3d along(std::cos(angle), std::sin(angle), 0);
@@ -152,8 +154,8 @@ TEST(Block, SticksBelowCoulombsForceAndSlidesAtItInEveryDirection) {
 }
 
 // Smooth paths of random waves that begin and end above the body, touch it and leave it in between:
-// whatever the friction, the tool never gets work from them; without friction it gets back what it
-// gave. Tolerance: the trapezoidal rule over 150 steps, 1e-3 of what goes to and fro.
+// with any friction, the body never does net work on the tool; without friction the net work is
+// zero. Tolerance: the trapezoidal rule over 150 steps, 1e-3 of the exchanged work.
 TEST(ClosedPath, GivesNoEnergyWhateverTheFriction) {
   constexpr int kSteps = 150;
   const Slab slab(12);
@@ -202,9 +204,9 @@ TEST(ClosedPath, GivesNoEnergyWhateverTheFriction) {
   }
 }
 
-// By every law a tool without friction bears no tangential force, a capsule is as stiff as a sphere
-// and more, and a rectangle as wide as long lies between the discs within and around it. Small
-// strains: the laws agree to what 3 % of strain leaves.
+// With every law a tool without friction has no tangential force, a capsule is at least as stiff as
+// a sphere, and the stiffness of a square lies between those of its inscribed and circumscribed
+// discs. At small strains the laws agree within the effect of 3 % strain.
 TEST(Shapes, OrderEachOtherByEveryLaw) {
   const Slab slab(16);
   Contact contact{.p_O = {0.04, 0.04, 0.04}, .width = 0.02};
@@ -229,9 +231,8 @@ TEST(Shapes, OrderEachOtherByEveryLaw) {
   }
 }
 
-// Reference: each tool alone, where they are far apart; tolerance: what they still are to each
-// other there, 3 %. Then one leaves, and the first answer of that set has the history of the one
-// that stays.
+// Reference: each tool alone, where they are far apart; tolerance: their mutual influence, 3 %.
+// Then one leaves, and the first answer for the remaining tool continues its history.
 TEST(SeveralTools, EachSlidesByItsOwnFriction) {
   const SolidMesh mesh = MeshBox({0.16, 0.04, 0.02}, {32, 8, 4});
   const HeldNodes held = FixedWhere(mesh, [](const Vector3d& p) { return p.z() == 0; });

@@ -37,7 +37,7 @@ Body Beam(double thickness, int cells) {
   return Standing(MeshBox({0.1, thickness, thickness}, {cells, 2, 2}), 0, 5e4, 0.3);
 }
 
-// What the cache must hold for contacts of a width: all of it.
+// Fills the cache with all columns that contacts of a given width need.
 void FillCache(const Body& body, const FemGreenModel::Options& options) {
   const auto stiffness = AssembleAtRest(body.mesh, body.held, body.nu, options.element);
   const CacheFilling filling =
@@ -46,9 +46,9 @@ void FillCache(const Body& body, const FemGreenModel::Options& options) {
   ASSERT_EQ(FillColumnCache(stiffness, options.width, options.cache, {}, nullptr).computed, 0U);
 }
 
-// Law: the answer of a model that computes all by itself. Without a factor there is no sparse
-// solution: a first contact on a slender body costs as much as a later one, apart from reading its
-// columns.
+// Law: the answer is that of a model that computes everything itself. No factor is made, so no
+// sparse solution is possible: a first contact on a slender body costs as much as a later one,
+// apart from reading its columns.
 TEST(FemGreenModel, ABodyFromAFullCacheNeedsNoFactor) {
   for (const double thickness : {0.08, 0.02}) {
     const Body body = Beam(thickness, 6);
@@ -92,7 +92,7 @@ TEST(FemGreenModel, TheCacheOfAnotherWidthIsNotTaken) {
   EXPECT_EQ(Answer(other, pull).flag_reason, Answer(computed, pull).flag_reason);
 }
 
-// Law: an answer depends on the contact, not on what was touched before.
+// Law: an answer depends on the contact, not on earlier contacts.
 TEST(FemGreenModel, WhatTouchedFirstDoesNotDecideTheFlag) {
   const Body body = Beam(0.02, 6);
   const Vector3d middle(0.1, 0.01, 0.01), rim(0.1, 0.002, 0.019);

@@ -40,7 +40,7 @@ std::vector<fs::path> Files(const Scratch& scratch) {
   return files;
 }
 
-// What is asked first does not change a digit.
+// The order of the queries does not change any digit.
 TEST(GreenColumns, LazyIsEagerBitForBit) {
   const Body body = ShakenBox({4, 4, 3}, 1, 0.3);
   GreenColumns eager = ColumnsOf(body), lazy = ColumnsOf(body);

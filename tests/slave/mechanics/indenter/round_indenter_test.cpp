@@ -28,7 +28,7 @@ class Block2d : public testing::Test {
   static constexpr int kElements = 800;  // 5 mm long
 
   Block2d() : mesh_(MeshRectangle(1, 1, kElements)) {}
-  // Seconds to make, so each once.
+  // Making a model takes seconds, so each is made once.
   [[nodiscard]] Bem2dModel* Make(ContactLaw law) const {
     static std::map<ContactLaw, std::unique_ptr<Bem2dModel>> made;
     auto& model = made[law];
@@ -56,11 +56,12 @@ double HalfWidth(const Solution& solution, double element) {
   return 0.5 * (most - least + element);
 }
 
-// Reference: Hertz for a cylinder on a half-plane (Johnson, Contact Mechanics, 4.42 to 4.45):
-// a^2 = 4 P R / (pi E*), p0 = 2 P / (pi a). In his range, a much smaller than radius and block: up
-// to 0.05 m beside 0.4 m and 1 m. Tolerance of a: one element of 5 mm, half at either end, and 1 %
-// for the circle that he takes for a parabola. Of p0: it is the mean over the middle element, 6 %
-// where 4 elements make a half width, less where more do.
+// Reference: Hertz for a cylinder on a half-plane (Johnson, Contact Mechanics, 4.42 to 4.45): a^2 =
+// 4 P R / (pi E*), p0 = 2 P / (pi a). The theory needs a to be much smaller than radius and block:
+// here up to 0.05 m compared with 0.4 m and 1 m. Tolerance of a: one element of 5 mm, half at
+// either end, and 1 % because the theory approximates the circle by a parabola. Tolerance of p0:
+// the mean over the central element differs by 6 % with 4 elements per half width, and by less with
+// more.
 TEST_F(Block2d, ACylindersContactIsAsWideAndPressesAsHertzHasIt) {
   Bem2dModel* model = Make(ContactLaw::kFrictionless);
   RoundIndenter tool(TouchablePlaces(mesh_), kRadius, ContactLaw::kFrictionless);
@@ -84,10 +85,10 @@ TEST_F(Block2d, ACylindersContactIsAsWideAndPressesAsHertzHasIt) {
   }
 }
 
-// Reference: the complementarity itself. Nothing is pulled, and nothing that is free is where the
-// tool is: the outline's vertices, by the model's own displacements, to a hundredth of the depth
-// (constant elements interpolate vertices by straight lines between midpoints). Places are as far
-// from the tool's axis as they are at rest, as in all of linear contact.
+// Reference: complementarity. No traction is tensile, and no free vertex of the outline is inside
+// the tool, by the model's own displacements, to a hundredth of the depth (constant elements
+// interpolate vertices by straight lines between midpoints). As usual in linear contact, the
+// distance from the tool's axis is that of the undeformed surface.
 TEST_F(Block2d, NothingIsPulledAndNothingPassedThrough) {
   for (const auto law : {ContactLaw::kFrictionless, ContactLaw::kBonded}) {
     Bem2dModel* model = Make(law);
@@ -108,8 +109,8 @@ TEST_F(Block2d, NothingIsPulledAndNothingPassedThrough) {
   }
 }
 
-// Reference: the difference of two presses, 1e-3 apart; the set that touches changes little
-// between them.
+// Reference: the difference of two presses, 1e-3 apart; the touched elements hardly change between
+// them.
 TEST_F(Block2d, TheStiffnessIsTheForcesSlope) {
   for (const auto law : {ContactLaw::kFrictionless, ContactLaw::kBonded}) {
     Bem2dModel* model = Make(law);
@@ -157,8 +158,8 @@ TEST(LargePressTest, TheStiffnessIsTheForcesSlopeAtItsDepth) {
   }
 }
 
-// Reference: symmetry; the softer side, towards the block's corner, bears less; another place's
-// moment differs by that of the whole force there.
+// Reference: symmetry. The softer side, towards the block's corner, bears less. The moment about
+// another point differs by the moment of the whole force.
 TEST_F(Block2d, TheMomentIsThatOfThePressureWhereItActs) {
   Bem2dModel* model = Make(ContactLaw::kFrictionless);
   RoundIndenter tool(TouchablePlaces(mesh_), kRadius, ContactLaw::kFrictionless);
@@ -235,8 +236,8 @@ SolidMesh GradedBlock(const std::array<int, 3>& cells) {
   return mesh;
 }
 
-// By finite elements, node by node. Tolerance 15 %: besides, four-node tetrahedra are
-// stiff where the strain changes from one to the next.
+// The contact is resolved node by node with finite elements. Tolerance: 15 %, also because
+// four-node tetrahedra are too stiff where the strain varies.
 TEST(RoundIndenter3d, ASpheresForceOnFiniteElementsIsHertzs) {
   const SolidMesh solid = GradedBlock({18, 18, 14});
   const HeldNodes held = FixedWhere(solid, [](const Vector3d& p) { return p.z() < 1e-9; });
@@ -251,8 +252,8 @@ TEST(RoundIndenter3d, ASpheresForceOnFiniteElementsIsHertzs) {
   }
 }
 
-// Reference: bricks of another program, 0.233 N. Four middles of edges touch, and the force is a
-// quarter too low.
+// Reference: hexahedra of another program, 0.233 N. Only four midpoints of edges touch, and the
+// force is a quarter too low.
 TEST(RoundIndenter3d, AFewPlacesAreNoContact) {
   const SolidMesh solid = MeshBox({0.06, 0.06, 0.03}, {6, 6, 3});
   const HeldNodes held = FixedWhere(solid, [](const Vector3d& p) { return p.z() < 1e-9; });

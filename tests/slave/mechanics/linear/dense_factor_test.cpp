@@ -26,8 +26,8 @@ MatrixXd Solve(DenseFactor& factor, const MatrixXd& A, const MatrixXd& B) {
   return x.leftCols(B.cols());
 }
 
-// Reference: the residual, backward stable elimination leaves some epsilon times order. Orders go
-// down as well as up: nothing of a larger matrix stays.
+// Reference: the residual; a backward stable elimination has a residual of some epsilon times the
+// order. Orders decrease as well as increase, so that remains of a larger matrix would show.
 TEST(DenseFactor, LeavesNoResidualAtAnyOrderAndNumberOfRightHandSides) {
   std::srand(7);
   DenseFactor factor;
@@ -67,7 +67,7 @@ TEST(DenseFactor, RefusesSingularAndInfiniteSystems) {
     A(5, 5) = bad;
     EXPECT_EQ(Solve(factor, A, MatrixXd::Ones(12, 1)).size(), 0);
   }
-  A(5, 5) = 1;  // nothing of it stays
+  A(5, 5) = 1;  // this value must not remain
   EXPECT_EQ(Solve(factor, A, MatrixXd::Ones(12, 1)), MatrixXd::Ones(12, 1));
 }
 

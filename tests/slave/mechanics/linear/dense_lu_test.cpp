@@ -109,7 +109,7 @@ TEST(DenseLu, ThreadsDoNotDisturbEachOther) {
   for (const auto& x : solved) EXPECT_EQ(x, expected);
 }
 
-// Reference: what OpenBLAS says of itself; another BLAS has no such name.
+// Reference: OpenBLAS's own description; another BLAS has no such function.
 TEST(DenseLu, BlasLocksItsBuffersAndStartsNoThreads) {
   const auto is_threaded =
       reinterpret_cast<int (*)()>(dlsym(RTLD_DEFAULT, "openblas_get_parallel"));

@@ -84,7 +84,7 @@ TEST(EliminationOrder, IsThatOfAllNodesAndTheSameAgain) {
     EXPECT_EQ(static_cast<int>(order.size()), side * side * side);
     EXPECT_EQ(EliminationOrder(Grid(side)), order);
   }
-  EXPECT_EQ(EliminationOrder({{0}, {1}, {2}}).size(), 3U);  // nothing is beside anything
+  EXPECT_EQ(EliminationOrder({{0}, {1}, {2}}).size(), 3U);  // no unknowns are coupled
 }
 
 // Reference: factors in the order of numbering, slice by slice, have side^5 entries, dissected ones
@@ -125,7 +125,7 @@ TYPED_TEST(SparseLdltTest, SolvesWhatIsDefiniteAndWhatIsNot) {
       ASSERT_TRUE(factor.Factorize(matrix, negative == 0));
       EXPECT_EQ(factor.negative_pivots(), negative);
       EXPECT_EQ(factor.Factorize(matrix, true), negative == 0);
-      ASSERT_TRUE(factor.Factorize(matrix, false));  // nothing stays of the refusal
+      ASSERT_TRUE(factor.Factorize(matrix, false));  // the refused matrix has no effect
       const VectorXd b = VectorXd::LinSpaced(matrix.cols(), -1, 2);
       typename TestFixture::Vector x = b.cast<TypeParam>();
       typename TestFixture::Columns several = x.replicate(1, 3);
@@ -142,7 +142,8 @@ TYPED_TEST(SparseLdltTest, SolvesWhatIsDefiniteAndWhatIsNot) {
   }
 }
 
-// Reference: the same factor made at once, to the last bit. No part may be a large share.
+// Reference: the same factor made in one call, equal to the last bit. No part may take a large
+// fraction of the work.
 TYPED_TEST(SparseLdltTest, AFactorMadeInPartsIsTheSame) {
   using Progress = typename SparseLdlt<TypeParam>::Progress;
   constexpr int kParts = 8;

@@ -20,8 +20,8 @@ Ellipsoid Tilted() {
   return ellipsoid;
 }
 
-// Reference: the surface itself. Every node lies on it, the rim in its plane, and triangles look
-// outwards; a mesh of n rings has 1 + 3 n (n + 1) nodes and 6 n^2 triangles.
+// Reference: the ideal surface. Every node lies on it, the rim in its plane, and triangle normals
+// point outwards; a mesh of n rings has 1 + 3 n (n + 1) nodes and 6 n^2 triangles.
 TEST(DomeShape, ADomesNodesLieOnTheEllipsoidAndItsRimInThePlane) {
   const Ellipsoid ellipsoid = Tilted();
   const Eigen::Vector3d axis = Eigen::Vector3d(0.1, 0.2, 1).normalized();

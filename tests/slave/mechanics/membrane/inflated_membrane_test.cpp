@@ -30,7 +30,8 @@ Ellipsoid Sphere(double radius) {
 }
 
 // Reference: T lap w = -q on a disc, w = q (a^2 - r^2) / (4 T). Linear triangles on the polygon err
-// by (h / a)^2 with h = a / 24, some 2e-3; no modulus, no curvature, so nothing else holds it.
+// by (h / a)^2 with h = a / 24, some 2e-3; there is no modulus and no curvature, so only the
+// tension holds it.
 TEST(InflatedMembrane, AFlatDiscUnderTensionBulgesAsAParabola) {
   const double a = 0.04;
   const double T = 120;
@@ -54,11 +55,11 @@ TEST(InflatedMembrane, TheBalancingPressureOfASphereIsLaplaces) {
   EXPECT_NEAR(membrane.pressure(), 2 * 90 / R, 0.01 * 2 * 90 / R);
 }
 
-// Reference: equilibrium of a sphere that grows by u: 2 E h u / ((1 - nu) R^2) of the skin, less
-// 2 T u / R^2, by which tension at the larger radius falls behind the pressure: 3 % of it where
-// T = E h / 20. At the equator of a bowl that is held far below it, for tension lets the rim's
-// effect die away over R sqrt(T / (2 E h)) = R / 6, and the bowl as a whole may shift along its
-// axis. Tolerance: triangles of R / 20 stand inside the sphere.
+// Reference: equilibrium of a sphere that grows by u: 2 E h u / ((1 - nu) R^2) of the skin, less 2
+// T u / R^2 because the tension balances less pressure at the larger radius (3 % of the first term
+// with T = E h / 20). It is compared at the equator of a bowl whose rim is far below: the rim's
+// effect decays over R sqrt(T / (2 E h)) = R / 6, and the bowl as a whole may shift along its axis.
+// Tolerance: flat triangles of R / 20 lie inside the sphere.
 TEST(InflatedMembrane, ASphereUnderMorePressureGrowsByTheSkinsOwnStiffness) {
   const double R = 0.05;
   const double nu = 0.4;
@@ -97,8 +98,8 @@ TEST(InflatedMembrane, TheComplianceIsSymmetricAndThatOfTheDisplacements) {
   }
 }
 
-// Reference: the gas law of a small volume: what goes in somewhere comes out elsewhere, and the
-// pressure rises by k times the volume that is missing.
+// Reference: the gas law of a small volume: volume that is displaced at one place bulges elsewhere,
+// and the pressure rises by k times the missing volume.
 TEST(InflatedMembrane, AirThatHardlyGivesKeepsItsVolume) {
   for (const double k : {1e8, 1e13}) {
     const InflatedMembrane membrane(MeshDomedMembrane(Sphere(0.05), {0, 0, 1}, 0.01, 12),
@@ -122,9 +123,9 @@ TEST(InflatedMembrane, AirThatHardlyGivesKeepsItsVolume) {
   }
 }
 
-// Reference: itself on finer meshes. Linear triangles converge with the square of their size: from
-// mesh to mesh of half the size the give under a load over a fixed patch changes by a quarter as
-// much, or less.
+// Reference: itself on finer meshes. Linear triangles converge with the square of their size: each
+// time the size is halved, the compliance under a load over a fixed patch changes by a quarter of
+// the previous change or less.
 TEST(InflatedMembrane, GiveUnderALoadConvergesWithTheSquareOfTheMesh) {
   const auto give = [](int rings) {
     const InflatedMembrane membrane(MeshDomedMembrane(Sphere(0.05), {0, 0, 1}, 0.01, rings),
@@ -174,7 +175,7 @@ TEST(InflatedMembrane, WhatCannotBeComputedIsRefusedWithItsReason) {
   EXPECT_THAT(refusal([](S s, P) { s->held.push_back(-1); }), HasSubstr("fixed node -1"));
   EXPECT_THAT(refusal([](S s, P) { s->surface.nodes.emplace_back(1, 0, 0); }),
               HasSubstr("belongs to no triangle"));
-  // Nothing holds it, or the skin is flat and slack: no stiffness along the normal.
+  // Without supports, or with a flat skin without tension, there is no stiffness along the normal.
   EXPECT_THAT(refusal([](S s, P) { s->held.clear(); }), HasSubstr("unstable"));
   EXPECT_THAT(refusal([](S, P p) { p->tension = 0; }), HasSubstr("unstable"));
 }

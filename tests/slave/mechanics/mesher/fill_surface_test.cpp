@@ -70,7 +70,8 @@ TEST_P(FillSurfaceTest, FillsABoxAtTheResolutionAskedForAndAtEverySize) {
 TEST_P(FillSurfaceTest, LeavesCavitiesEmpty) {
   for (const double resolution : {0.5, 0.0}) {
     options_.resolution = resolution;
-    const SurfaceMesh inner = BoxSurface({1, 1, 1}, {1, 1, 1});  // outward as it comes: is turned
+    // Outward normals; must be reversed.
+    const SurfaceMesh inner = BoxSurface({1, 1, 1}, {1, 1, 1});
     SolidMesh mesh = FillSurface(Joined(BoxSurface({0, 0, 0}, {3, 3, 3}), inner), options_);
     EXPECT_NEAR(CheckMesh(mesh).volume, 26, 0.26);
     for (const auto& tet : mesh.tets) {
@@ -109,7 +110,7 @@ TEST(FillSurfaceByTetgenTest, KeepsTheNodesOfTheSurface) {
   }
 }
 
-// What has no inside; resolutions that are none or too fine; where no program is there.
+// Surfaces without an inside, invalid or too fine resolutions, and a missing mesher program.
 TEST(FillSurfaceRefusalTest, SaysWhatItRefuses) {
   const SurfaceMesh box = BoxSurface({0, 0, 0}, {1, 1, 1});
   SurfaceMesh open = box;
@@ -167,7 +168,7 @@ TEST_F(FakeMesherTest, LeavesNoFolderBehind) {
   EXPECT_TRUE(std::filesystem::is_empty(temporary / ""));
 }
 
-// A shell round a bent void: the point lies in the void.
+// A shell around a curved cavity: the point lies inside the cavity.
 TEST(HolePointsTest, LieInsideEveryCavity) {
   SurfaceMesh s =
       Joined(Joined(BoxSurface({0, 0, 0}, {9, 9, 9}), BoxSurface({1, 1, 1}, {1, 7, 1})),

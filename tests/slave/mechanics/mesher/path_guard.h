@@ -1,4 +1,4 @@
-// Lets PATH lead elsewhere for the time of a test.
+// Changes PATH for the duration of a test.
 #pragma once
 
 #include <cstdlib>

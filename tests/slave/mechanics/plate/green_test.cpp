@@ -45,8 +45,8 @@ double MeanOver(const Disc& disc, int rings, const F& f) {
   return sum / (rings * angles);
 }
 
-// Reference: the mean of point loads over the disc, by quadrature of second order: 200 rings leave
-// 1e-5 at worst, inside the disc, outside it, across its edge and near the rim.
+// Reference: the mean of point loads over the disc, by quadrature of second order: with 200 rings
+// the error is 1e-5 at most, inside the disc, outside it, across its edge and near the rim.
 TEST(Green, ADiscLoadIsTheMeanOfPointLoads) {
   for (const Disc& load : {Disc{{0.3, 0.2}, 0.15}, Disc{{0, 0}, 0.4}, Disc{{-0.85, 0}, 0.149}}) {
     for (const double r : {0.0, 0.5, 1.0, 1.5}) {

@@ -27,7 +27,7 @@ using testing::HasSubstr;
 
 const PlateLargeModel::Params kRubber{
     .radius = 0.039, .thickness = 0.001, .young_modulus = 27.2e6, .poisson_ratio = 0.45};
-// One whose unit of force, E t^4 / a^2, is a newton and whose unit of deflection is a thickness.
+// A plate whose unit of force, E t^4 / a^2, is 1 N. The unit of deflection is the thickness.
 constexpr double kRadius = 1, kThickness = 0.01, kModulus = 1e8;
 PlateLargeModel::Params Unit(double nu, int order = 12) {
   return {.radius = kRadius,
@@ -77,8 +77,8 @@ TEST(PlateLargeModel, EccentricLoadsAgreeWithAnotherFormulation) {
   }
 }
 
-// Reference: the finest order computed, by which the header states what order 12 is worth within
-// its range: 0.7 % within half the radius up to ten thicknesses, 1 % at 0.8 of it at one.
+// Reference: the highest order computed. The header states the error of order 12 relative to it:
+// 0.7 % within half the radius up to ten thicknesses, 1 % at 0.8 of the radius at one thickness.
 TEST(PlateLargeModel, EccentricForcesConvergeWithTheOrder) {
   PlateLargeModel model(Unit(0.45, 12)), finest(Unit(0.45, 24));
   for (const double p : {0.2, 0.5, 0.8}) {
@@ -130,9 +130,9 @@ TEST(PlateLargeModel, IsTheLinearPlateAtSmallDeflection) {
   }
 }
 
-// Reference: no energy from nowhere: the work around a closed path of two contacts is zero. 64
-// trapezoids per side leave 1e-4 of the work of one side; points, for which force and deflection
-// are conjugate.
+// Reference: conservation of energy: the work around a closed path of two contacts is zero.
+// Tolerance: 64 trapezoids per side, 1e-4 of the work of one side. The contacts are points, for
+// which force and deflection are conjugate.
 TEST(PlateLargeModel, AClosedPathTakesNoWork) {
   PlateLargeModel model(Unit(0.3));
   const double d = 3 * kThickness;
@@ -238,7 +238,7 @@ TEST(PlateLargeModel, CanBeInterruptedAndRefusesImpossibleParams) {
   EXPECT_THAT(refusal(params), HasSubstr("radius / 10"));
 }
 
-// What one plate has worked out serves those that are alike, and no other.
+// Plates with the same parameters share a computed solution; other plates do not use it.
 TEST(ShortWaves, AreWorkedOutOnceForPlatesThatAreAlike) {
   const auto waves = plate::ShortWaves::Of(6, 0.3, 0.1, 0.05);
   EXPECT_EQ(plate::ShortWaves::Of(6, 0.3, 0.1, 0.05), waves);

@@ -24,9 +24,9 @@ VectorXd At(const PlateModes& modes, const Vector2d& x) {
   return values;
 }
 
-// Reference: modes that are complete and orthonormal in the bending energy add up to the plate's
-// Green's function, sum f_i(p) f_i(x), from below on the diagonal. The rest goes like
-// 1 / (order + 4)^2, the degree with the clamping factor: by 2.56 and 3.06 here.
+// Reference: modes that are complete and orthonormal in the bending energy sum to the plate's
+// Green's function, sum f_i(p) f_i(x), from below on the diagonal. The remainder is proportional to
+// 1 / (order + 4)^2 (the degree including the clamping factor): it falls by 2.56 and 3.06 here.
 TEST(PlateModes, AddUpToTheGreensFunction) {
   const Vector2d p(0.4, 0.3);
   double before = 1;
@@ -51,7 +51,7 @@ double ModalForce(const PlateModes& modes, const Vector2d& place, double R, doub
   return plate.AnswerOf(0).force;
 }
 
-// Reference: round_press.h, which knows no modes. Without an edge of the load inside the plate the
+// Reference: round_press.h, which uses no modes. If no edge of the load lies inside the plate, the
 // error falls faster than any power of the order.
 TEST(PlateModes, ALoadAllOverConvergesSpectrally) {
   RoundPress exact(kNu, 1);
@@ -67,8 +67,8 @@ TEST(PlateModes, ALoadAllOverConvergesSpectrally) {
   EXPECT_LT(before, 1e-5);
 }
 
-// Reference: turning the plate changes nothing. Off the x axis all modes take part, the sines with
-// the cosines.
+// Reference: rotating the plate changes nothing. Off the x axis all modes contribute, sines and
+// cosines.
 TEST(PlateModes, EveryDirectionIsAlike) {
   const PlateModes modes(10, kNu);
   const double on_axis = ModalForce(modes, {0.5, 0}, 0.1, 4, Symmetry::kMirror);

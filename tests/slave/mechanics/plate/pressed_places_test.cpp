@@ -109,9 +109,9 @@ TEST(PressedPlaces, AtTheCentreARigidFacePressesWithARing) {
   }
 }
 
-// Laws: the answer does not depend on the direction. A face whose symmetry is not used (two tools
-// that are not in line have no common mirror plane) gives the same answer. A press just beside the
-// centre gives that at the centre.
+// Laws: the answer does not depend on the direction. If the symmetry of a face is not used (two
+// tools that are not in line have no common mirror plane), the answer is the same. A press very
+// near the centre gives the answer at the centre.
 TEST(PressedPlaces, TheAnswerDoesNotDependOnDirectionOrSymmetry) {
   PlateLargeModel plate({.radius = kRadius,
                          .thickness = kThickness,

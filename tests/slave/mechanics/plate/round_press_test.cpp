@@ -55,7 +55,7 @@ TEST(RoundPress, AStrongPrestressMakesAMembrane) {
 }
 
 // Reference: the work of the force is the energy: F = dU/dw, so the tangent is dF/dw. Central
-// differences of 1e-4 leave 1e-8.
+// differences with a step of 1e-4 have an error of 1e-8.
 TEST(RoundPress, TheStiffnessIsTheSlopeOfTheForce) {
   for (const double w : {0.1, 1.0, 5.0, 30.0}) {
     RoundPress press(0.45, 0.05);

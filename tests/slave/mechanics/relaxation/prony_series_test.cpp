@@ -47,8 +47,8 @@ TEST(PronySeries, RampsHoldsAndReturnsAreExactForStepsOfAnyLength) {
   }
 }
 
-// Under a constant force the elastic force grows as the creep J, of which the convolution with g is
-// one: checked by the convolution of what ElasticFor returned, in another history.
+// Under a constant force the elastic force grows like the creep function J, whose convolution with
+// g is one. The test convolves the values that ElasticFor returned, in another history.
 TEST(PronySeries, TheElasticForceOfALoadRelaxesToTheLoad) {
   const PronySeries series(kTissue, 0.1);
   RelaxationMemory memory, other;

@@ -1,4 +1,4 @@
-// A relaxing body against closed forms and against a body whose every element relaxes.
+// Compares a relaxing body with closed forms and with a body in which every element relaxes.
 #include "slave/mechanics/relaxation/relaxing_model.h"
 
 #include <cmath>
@@ -76,8 +76,8 @@ TEST(RelaxingModel, ForcesOfAStepRelaxExactlyAndStopAtTheLongTermModulus) {
   EXPECT_NEAR(ratio, 0.5, 1e-8);
 }
 
-// A loaded body creeps to the displacement of its long-term moduli, and neither contact of a mixed
-// set changes what the other's history is: the force that holds one place while another is loaded.
+// A loaded body creeps to the displacement of its long-term moduli. With a displacement at one
+// place and a load at another, neither contact changes the history of the other.
 TEST(RelaxingModel, LoadsCreepToTheLongTermModulus) {
   const std::vector<Contact> mixed{Push({0.014, 0.02, 0.02}, {0, 0, -0.02}, Contact::Kind::kForce),
                                    Push({0.0333333, 0.02, 0.02}, {0, 0, 0})};
@@ -94,13 +94,14 @@ TEST(RelaxingModel, LoadsCreepToTheLongTermModulus) {
     last = std::abs(responses[0].displacement_O.z());
     ASSERT_EQ(responses[0].force_O, mixed[0].prescribed_O);
   }
-  // The slowest retardation takes 7 s: exp(-100 / 7) of a share is left.
+  // The slowest retardation takes 7 s: exp(-100 / 7) of remains.
   EXPECT_NEAR(last / std::abs(in_the_end[0].displacement_O.z()), 1, 1e-6);
   EXPECT_LT((responses[1].force_O - in_the_end[1].force_O).norm(),
             1e-6 * in_the_end[1].force_O.norm());
 }
 
-// Contacts have their prescribed displacements, whatever was queried before. Queries take no time.
+// Contacts have their prescribed displacements, whatever was queried before. No time passes during
+// queries.
 TEST(RelaxingModel, DisplacementsOfASolutionTakeNoTime) {
   const auto model = Make(TissueScene()), other = Make(TissueScene());
   Solution first, second;
@@ -129,7 +130,7 @@ TEST(RelaxingModel, MemoryFollowsTheContact) {
   for (int k = 0; k < 2000; ++k) responses = Respond(*model, slid);
   const Vector3d there = Respond(*elastic, slid)[0].force_O;
   EXPECT_LT((responses[0].force_O - 0.5 * there).norm(), 1e-6 * there.norm());
-  std::vector<Contact> away{kPair[1]};  // farther than its width: a new contact
+  std::vector<Contact> away{kPair[1]};  // moved by more than its width: a new contact
   const PronySeries series(kTissue, kStep);
   const Vector3d fresh = Respond(*elastic, away)[0].force_O;
   EXPECT_LT((Respond(*model, away)[0].force_O - series.at_once() * fresh).norm(),
@@ -156,7 +157,7 @@ TEST(RelaxingModel, AllocatesNothingAfterTheFirstStep) {
   EXPECT_EQ(AllocationCount() - before, 0);
 }
 
-// A contact that fails forgets: the next answer is that of a body at rest.
+// A failed contact loses its history: the next answer is that of a body at rest.
 TEST(RelaxingModel, AfterAFailureItBeginsAtRest) {
   const auto model = Make(TissueScene()), fresh = Make(TissueScene());
   Respond(*model, kPair);

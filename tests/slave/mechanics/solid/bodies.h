@@ -59,8 +59,8 @@ inline SolidModel::Params Foam(Element element, Law law) {
           .range = 1};
 }
 
-// A uniform pressure on the triangles of the top whose centroid lies in the middle square, `force`
-// in all, as one contact per triangle: the reference's load is no disc.
+// A uniform pressure on the triangles of the top whose centroid lies in the central square, with
+// `force` in total. It uses one contact per triangle, because the reference's load is no disc.
 inline std::vector<Contact> SquareLoad(const SolidMesh& mesh, double force) {
   const SurfaceMesh surface = SurfaceOf(mesh);
   std::vector<Contact> contacts;

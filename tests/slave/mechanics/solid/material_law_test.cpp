@@ -37,8 +37,9 @@ class EveryLaw : public testing::TestWithParam<std::tuple<Law, double>> {
                          is_ogden_ ? kRubber : std::vector<OgdenTerm>{}};
 };
 
-// Energy, stress and tangent are derivatives of each other: central differences with step 1e-5
-// truncate at 1e-10 and round at 1e-11 of values of order one, ten near nu = -0.9.
+// Energy, stress and tangent are derivatives of each other: central differences with step 1e-5 have
+// a truncation error of 1e-10 and a rounding error of 1e-11, for values of order one (ten near nu =
+// -0.9).
 TEST_P(EveryLaw, StressAndTangentAreDerivatives) {
   std::mt19937 engine(1);
   const double step = 1e-5;
@@ -109,7 +110,7 @@ INSTANTIATE_TEST_SUITE_P(Laws, EveryLaw,
                                                           Law::kNeoHookean, Law::kOgden),
                                           testing::Values(-0.9, 0.15, 0.45)));
 
-// Rotated, a body carries rotated stress (the linear law does not know rotations).
+// The stress rotates with the body (the linear law ignores rotations).
 TEST(LargeStrainLaws, AreObjective) {
   std::mt19937 engine(5);
   for (const Law kind : {Law::kCorotational, Law::kNeoHookean, Law::kOgden}) {
@@ -145,8 +146,8 @@ struct OneElement {
   }
 };
 
-// Reference: d_solid3d, inversion and inversion_recovery_apex: forces of the element turned inside
-// out, and its energy V (lambda/2 + mu) (z - 1)^2 along the way; 1e-12.
+// Reference: d_solid3d, inversion and inversion_recovery_apex: forces of the inverted element, and
+// its energy V (lambda/2 + mu) (z - 1)^2 along the path; 1e-12.
 TEST(InvertedElement, IsPushedBack) {
   PALPATE_CASE_OR_SKIP(apex, "d_solid3d.json", "inversion_recovery_apex");
   PALPATE_CASE_OR_SKIP(states, "d_solid3d.json", "inversion");

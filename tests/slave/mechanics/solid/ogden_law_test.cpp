@@ -1,5 +1,5 @@
-// Ogden's law: derivatives by differences, rest, known special cases, and a block under homogeneous
-// load against closed forms.
+// Tests Ogden's law: derivatives by differences, the rest state, known special cases, and closed
+// forms for a block under homogeneous load.
 #include "slave/mechanics/fem/solid/ogden_law.h"
 
 #include <cmath>

@@ -1,4 +1,5 @@
-// How near solids come to closed forms, beams and an independent code, and how fast.
+// Tests errors and orders of convergence of solids against closed forms, beams and an independent
+// code.
 #include <array>
 #include <cmath>
 #include <functional>
@@ -122,8 +123,8 @@ double HarmonicError(Element element, double nu, int cells) {
   return Error(model, [&](const Vector3d& p) { return field.u(p); }) / field.a;
 }
 
-// Reference: the harmonic field. Textbook orders of the displacement in the mean: 2 with four
-// nodes, 3 with ten; these coarse meshes come within 0.3 of them or do better.
+// Reference: the harmonic field. Textbook orders of the mean displacement error: 2 with four nodes,
+// 3 with ten. On these coarse meshes the order is at most 0.3 lower.
 TEST(ConvergenceOrder, IsTwoWithFourNodesAndThreeWithTen) {
   for (const auto& [element, nu] : {std::pair{Element::kTet4, 0.3},
                                     {Element::kTet4, 0.45},
@@ -135,8 +136,9 @@ TEST(ConvergenceOrder, IsTwoWithFourNodesAndThreeWithTen) {
   }
 }
 
-// Reference: the harmonic field does not depend on nu, so neither should the error. Displacement
-// alone locks as nu -> 0.5; ten nodes with a pressure do not, up to and including 0.5.
+// Reference: the harmonic field does not depend on nu, so neither should the error. A pure
+// displacement formulation locks as nu -> 0.5; ten-node elements with a pressure do not, up to and
+// including 0.5.
 TEST(Incompressibility, DoesNotLockWithAPressureOfItsOwn) {
   const double first = HarmonicError(Element::kTet10, 0.3, 4);
   for (const double nu : {0.49, 0.499, 0.4999, 0.5}) {
@@ -179,7 +181,7 @@ TEST(Incompressibility, CarriesHydrostaticPressure) {
 }
 
 // Reference: d_solid3d, elastica_tip_load (Bisshopp and Drucker 1945): a slender beam under a dead
-// load on its end, 2 % at L / h = 20, for both laws that know rotations.
+// load on its end, 2 % at L / h = 20, for both laws with rotations.
 TEST(Cantilever, FollowsTheElastica) {
   PALPATE_CASE_OR_SKIP(reference, "d_solid3d.json", "elastica_tip_load");
   const double h = 0.05, EI = 1e6 * std::pow(h, 4) / 12;  // of a length of 1 m
@@ -201,7 +203,7 @@ TEST(Cantilever, FollowsTheElastica) {
   }
 }
 
-// How far the middle of the foam cube's top goes up.
+// Returns the upward displacement at the centre of the foam cube's top.
 double TopUnder(const SolidModel::Params& params, const SolidMesh& mesh,
                 const std::vector<Contact>& load) {
   SolidModel model(mesh, Bottom(mesh), params);

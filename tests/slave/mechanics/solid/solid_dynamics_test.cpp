@@ -25,16 +25,15 @@ SolidModel::Params Rod() {
           .range = 1};
 }
 
-// Reference: d_solid3d, rod_frequency: a fixed-free rod, f1 = c / (4 L) = 13.427 Hz at nu = 0. Let
-// go from its first mode's near shape (a uniform pull), it passes rest after a quarter period.
-// Steps of 1/745 period change the frequency by 2e-5, ten nodes at 10 cells by less than
-// 1e-3.
+// Reference: d_solid3d, rod_frequency: a fixed-free rod, f1 = c / (4 L) = 13.427 Hz at nu = 0.
+// Under a suddenly applied weight along its axis its tip reaches the maximum after half a period.
+// Steps of 1/745 period change the frequency by 2e-5, ten nodes at 10 cells by less than 1e-3.
 TEST(Rod, SwingsAtItsFrequency) {
   const double L = 0.2, w = 0.02, f1 = std::sqrt(3000.0 / 26) / (4 * L);
   const SolidMesh mesh = MeshBox({L, w, w}, {10, 1, 1});
   const auto held = FixedWhere(mesh, [](const Vector3d& p) { return p.x() == 0; });
   auto params = Rod();
-  // A body force at the mode's period excites it alone to first order: weight along x, kept on.
+  // The weight acts along x from the start.
   params.options.gravity_O = {1, 0, 0};
   SolidModel model(mesh, held, params);
   const int tip = NodeAt(model, L, {L, 0, 0});
@@ -50,8 +49,8 @@ TEST(Rod, SwingsAtItsFrequency) {
     before = here;
     here = next;
   }
-  // A uniform pull on a rod makes a tip that moves as two parabolas: its top is at half the
-  // period of the first mode, exactly.
+  // Under a uniform pull the tip's displacement over time consists of two parabolas, whose maximum
+  // is exactly at half the period of the first mode.
   EXPECT_NEAR((time - params.options.step) * 2 * f1, 1, 0.01);
 }
 
@@ -94,7 +93,7 @@ TEST(ImplicitEuler, AFailedStepLeavesTheMotionAsItWas) {
     if (law == Law::kOgden) params.options.terms = kRubber;
     params.options.step = law == Law::kOgden ? 1e-3 : 0.01;
     params.poisson_ratio = 0.3;
-    // Ogden's energy is infinite where elements are inside out. Others move farther than is
+    // Ogden's energy is infinite for inverted elements. With other laws nodes move farther than
     // accepted.
     const double most = 0.9e6 * params.young_modulus * kEdge * kEdge;
     const Contact bad =

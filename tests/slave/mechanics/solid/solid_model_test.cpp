@@ -17,8 +17,8 @@ namespace {
 using namespace solid_tests;  // NOLINT(google-build-using-namespace): its helpers are for here
 using Eigen::Vector3d;
 
-// A patch's nodes move alike, middles too, and no others do; its load is spread over its triangles:
-// none on the corners of ten-node elements.
+// All nodes of a patch have the same displacement, including mid-edge nodes, and no others. Its
+// load is distributed over its triangles, with none at the corners of ten-node elements.
 TEST(SolidModel, PatchesFollowTheContract) {
   const SolidMesh mesh = MeshBox({1, 1, 1}, {4, 4, 4});
   auto params = Foam(Element::kTet10, Law::kLinear);
@@ -45,8 +45,8 @@ TEST(SolidModel, PatchesFollowTheContract) {
   EXPECT_NEAR(sum, 1, 1e-14);
 }
 
-// Loads that balance on a body that nothing holds: the bar stretches by F L / (E A) about its
-// middle, without motion in the mean; others are refused.
+// Balanced loads on a body without supports: the bar stretches by F L / (E A) about its centre,
+// without mean motion. Unbalanced loads are refused.
 TEST(SolidModel, FreeBodiesTakeBalancedLoadsOnly) {
   const SolidMesh mesh = MeshBox({4, 1, 1}, {8, 2, 2});
   for (const Law law : {Law::kLinear, Law::kNeoHookean}) {
@@ -91,8 +91,9 @@ TEST(SolidModel, RefusesWhatItCannotDo) {
   }
 }
 
-// The same equilibria with and without a factor, on the way through states that are not stable: a
-// corner pressed flat, and a point pulled so far that parts of the tangent lose their definiteness.
+// The equilibria with and without a factor are the same, although the search passes unstable
+// states: a corner pressed flat, and a point pulled so far that parts of the tangent become
+// indefinite.
 TEST(SolidModel, IterationsComeThroughIndefiniteTangents) {
   const SolidMesh mesh = MeshBox({1, 1, 1}, {5, 5, 5});
   for (const auto& [law, element] : {std::pair{Law::kLinear, Element::kTet10},
@@ -117,8 +118,8 @@ TEST(SolidModel, IterationsComeThroughIndefiniteTangents) {
   }
 }
 
-// A thread of one cell across, on which the coarse grid sees no bending: iterations give up and a
-// factor answers, like the model that had it from the start.
+// A thread that is one cell wide, whose bending the coarse grid cannot represent: the iterations do
+// not converge and a factor is used, with the same answer as a model that uses it from the start.
 TEST(SolidModel, SlowIterationsGiveWayToAFactor) {
   const SolidMesh mesh = MeshBox({1, 0.004, 0.004}, {250, 1, 1});
   const HeldNodes held = FixedWhere(mesh, [](const Vector3d& p) { return p.x() == 0; });
@@ -134,7 +135,8 @@ TEST(SolidModel, SlowIterationsGiveWayToAFactor) {
   EXPECT_LT((a.displacement_O - b.displacement_O).norm(), 1e-5 * a.displacement_O.norm());
 }
 
-// An incompressible body whose whole surface is moved inwards cannot follow, and says so.
+// An incompressible body whose whole surface is moved inwards has no solution, and the model
+// reports it.
 TEST(SolidModel, IncompressibleBodiesKeepTheirVolume) {
   const SolidMesh mesh = MeshBox({1, 1, 1}, {2, 2, 2});
   auto params = Foam(Element::kTet10, Law::kLinear);
@@ -152,8 +154,8 @@ TEST(SolidModel, IncompressibleBodiesKeepTheirVolume) {
   EXPECT_NE(model.failure().find("volume"), std::string::npos) << model.failure();
 }
 
-// Pressed through its own bottom, a cube answers with numbers that are flagged, or refuses with a
-// reason; and comes back to rest.
+// A cube pressed through its own bottom gives a flagged answer or a failure with a reason, and
+// later returns to rest.
 TEST(SolidModel, FullInversionIsFlaggedAndForgotten) {
   const SolidMesh mesh = MeshBox({1, 1, 1}, {2, 2, 2});
   for (const Law law : {Law::kLinear, Law::kCorotational, Law::kNeoHookean}) {

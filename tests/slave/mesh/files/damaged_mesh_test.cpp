@@ -14,12 +14,12 @@ namespace {
 
 using ::testing::HasSubstr;
 
-// Fuzz: every file cut at every byte, and every byte of it changed in three ways, is read or
-// refused with std::invalid_argument, whatever the sanitizers watch for. What is read can be
-// indexed.
+// Truncates every file at every byte and changes every byte in three ways. Each file must be read
+// or refused with std::invalid_argument, without a finding of the sanitizers. Indices of a mesh
+// that was read must be valid.
 class DamagedMeshTest : public ::testing::TestWithParam<samples::Sample> {
  protected:
-  // Whether it was read.
+  // Returns whether the file was read.
   bool Survives(const std::string& bytes) {
     const auto file = folder_.Write(GetParam().file, bytes);
     try {

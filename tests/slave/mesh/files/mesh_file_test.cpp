@@ -1,4 +1,4 @@
-// Reading: the same mesh from every format and form; what formats have of their own.
+// Tests reading: the same mesh from every format and variant, and special properties of formats.
 #include "slave/mesh/files/mesh_file.h"
 
 #include <gmock/gmock.h>
@@ -37,7 +37,7 @@ TEST_F(MeshFileTest, ReadsTheSameSolidFromEveryFormAndFormat) {
   }
 }
 
-// STL keeps no node numbers: the corners come in the order of the triangles.
+// STL has no node numbers: the corners are in the order of the triangles.
 TEST_F(MeshFileTest, ReadsTheSameSurfaceFromEveryFormAndFormat) {
   const SurfaceMesh expected = samples::Tetrahedron();
   for (const auto& sample : samples::Surfaces()) {
@@ -84,7 +84,7 @@ TEST_F(MeshFileTest, FollowsVegasIncludesAndKeepsItsMaterial) {
   EXPECT_EQ(read.material->poisson_ratio, 0.15);
 }
 
-// A tetrahedron of ten nodes, with the middles numbered among the corners.
+// A tetrahedron of ten nodes whose mid-edge nodes are numbered among the corners.
 TEST_F(MeshFileTest, UsesTheCornersOfQuadraticElements) {
   const auto file = Write(
       "a.msh",
@@ -140,7 +140,8 @@ TEST_F(MeshFileTest, TellsAnStlByItsContent) {
   }
 }
 
-// Some writers give every face vertices of its own; the surface would seem open.
+// Some programs write separate vertices for every face; without merging, the surface would seem
+// open.
 TEST_F(MeshFileTest, MergesAPlysVerticesAtTheSamePlace) {
   SurfaceMesh apart;
   const SurfaceMesh whole = samples::Tetrahedron();

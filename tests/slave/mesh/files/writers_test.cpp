@@ -1,4 +1,4 @@
-// Writing: what is read back is what was written.
+// Tests writing: reading a written file must give the same mesh.
 #include <array>
 #include <cstdint>
 #include <string>

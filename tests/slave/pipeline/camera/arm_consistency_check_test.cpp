@@ -13,7 +13,7 @@ Vector3d TipAt(int image) {
   return {0, -kStep * image, 0};
 }
 
-// Cameras that look from elsewhere, `late` images late.
+// Returns the tip as seen by displaced cameras whose images are `late` image periods late.
 Vector3d SeenAt(int image, int late) {
   return Vector3d(2e-3, 1e-3, 0) + TipAt(image - late);
 }
@@ -26,7 +26,7 @@ TEST(ArmConsistencyCheckTest, CamerasAndArmThatGoTogetherDoNotPartWhereverTheyLo
   }
 }
 
-// What is excused by its size parts all the same: by a step, as long as the tip goes on.
+// A difference that is small enough to be accepted still shows as a step while the tip moves.
 TEST(ArmConsistencyCheckTest, ImagesThatAreOneLatePartByAStepThoughBothAgree) {
   ArmConsistencyCheck watch;
   EXPECT_TRUE(watch.Agree(SeenAt(0, 0), {TipAt(0), 0.45}, kTolerance));

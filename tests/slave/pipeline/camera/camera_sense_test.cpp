@@ -34,7 +34,7 @@ class CameraSenseTest : public ::testing::Test {
   explicit CameraSenseTest(const Scene& scene)
       : slave_(MakeLiveSlave(scene)), devices_(scene, slave_.get()) {}
   static Scene Block() {
-    // A busy machine may show images late: what that does has its own test.
+    // A busy machine may deliver images late; late images have their own test.
     return LoadScene(SourcePath("/deploy/scenes/silicone-block.yaml"),
                      {"model.elements=60", "manipulator.blind_after=60 s"});
   }
@@ -52,10 +52,11 @@ class CameraSenseTest : public ::testing::Test {
     return state;
   }
   static bool Follows(const SlaveState& state) { return state.phase == Phase::kFollowing; }
-  // Down by `way` [m] from where the tool is, at 10 mm/s, and on until the cameras have seen it.
+  // Lowers the tool by `way` [m] at 10 mm/s, and continues until the cameras have seen it.
   SlaveState Lower(double way) {
     const Vector3d goal = Until(Follows).p_S_tip - Vector3d(0, way, 0);
-    constexpr double kEach = 20e-6, kSeen = 0.2e-3;  // a command's way; half a pixel [m]
+    // Displacement of one command; half a pixel [m].
+    constexpr double kEach = 20e-6, kSeen = 0.2e-3;
     SlaveState state;
     EXPECT_TRUE(Eventually([&] {
       std::this_thread::sleep_for(kPeriod);
@@ -128,8 +129,8 @@ TEST_F(CameraSenseTest, TheFieldMovesWithTheOutlineInTheObjectAndInTheImage) {
   for (const std::uint32_t node : field.triangles) ASSERT_LT(node, nodes);
 }
 
-// Neither while somebody follows nor while the object is touched: the rendered force must not
-// change under it. Each change is stated by a new revision.
+// Settings do not change while an operator is engaged or the object is touched, so that the
+// rendered force does not jump. Each change gives a new revision.
 TEST_F(CameraSenseTest, SettingsChangeOnlyWithTheClutchOpenAndNothingTouched) {
   const SlaveState pressed = Press();
   const ModelChange again{"bem2d"};
@@ -187,7 +188,7 @@ TEST_F(PlannedDepthSenseTest, AContactDeeperThanPlannedRaisesAnAlarmAndKeepsTheM
   EXPECT_EQ(slave_->Describe().sense.model.elements, 60);
 }
 
-// Whoever goes by other settings than those in force does not move the tool.
+// A client that uses another settings revision cannot move the tool.
 TEST_F(CameraSenseTest, ACommandByOtherSettingsMovesNothing) {
   slave_->BeginOperating();
   OperatorCommand command;
@@ -278,7 +279,7 @@ class LargeModelTest : public CameraSenseTest {
   }
 };
 
-// While a large model is made, the states go on: an operator must not lose the link to it.
+// States continue while a large model is made, so that the operator does not lose the link.
 TEST_F(LargeModelTest, StatesGoOnWhileAModelIsMade) {
   std::atomic<bool> made{false};
   std::jthread maker([&] {

@@ -21,8 +21,8 @@ namespace {
 constexpr int kScale =
     8;  // drawn finer and averaged, so that edges are true to a fraction of a pixel
 
-// The block's scene in images that this test draws: no simulated site, everything known. The drawn
-// block is indented as the scene's own model computes.
+// The block's scene with images drawn by this test instead of a simulated site, so that everything
+// is known. The drawn block is indented as computed by the scene's model.
 class EstimatorTest : public ::testing::Test {
  protected:
   EstimatorTest()
@@ -94,15 +94,15 @@ class EstimatorTest : public ::testing::Test {
   Scene scene_;
   BoundaryMesh mesh_;
   std::unique_ptr<DeformationModel> model_;
-  std::optional<double> entry_;  // where the tool came in [m]
+  std::optional<double> entry_;  // entry point of the tool [m]
   bool indents_ = true;          // false: a press does not deform the block
   std::uint64_t sequence_ = 0;
 };
 
 // Reference: k_bar = 0.4143 of quadratic finite elements graded towards the tool's ends (the
-// simulated site: 2.368 N at 5 mm). The correction of 180 constant elements, whose own value is
-// 0.40334 (independent reference b), leads to it. Tolerance: a tenth of a pixel of tip and of
-// surface each, of 3 mm.
+// simulated site: 2.368 N at 5 mm). 180 constant elements alone give 0.40334 (independent reference
+// b); the correction raises this to k_bar. Tolerance: a tenth of a pixel of tip and of surface
+// each, of 3 mm.
 TEST_F(EstimatorTest, APressIsStiffnessTimesDepthAndPushesTheToolOut) {
   Estimator estimator = Make();
   for (int i = 0; i <= 9; ++i) estimator.Estimate(Draw(0.044, 0.094 - 0.001 * i));
@@ -121,7 +121,7 @@ TEST_F(EstimatorTest, APressIsStiffnessTimesDepthAndPushesTheToolOut) {
 }
 
 // Reference: the scene's model alone under a flat tool at the same eccentric place, with eight
-// times as many elements; where nothing is touched the moment is known to be none.
+// times as many elements; without contact the moment is known to be zero.
 TEST_F(EstimatorTest, AnEccentricPressReportsItsMomentAboutTheTip) {
   constexpr double kBeside = 0.008, kPressed = 3e-3;
   Estimator estimator = Make();
@@ -148,8 +148,8 @@ TEST_F(EstimatorTest, AnEccentricPressReportsItsMomentAboutTheTip) {
   EXPECT_LT(estimated.moment_sigma, 0.1 * force * width);
 }
 
-// Between two images the tool moves from above the top to beside the block. By the plane of the
-// last image it would be 7 mm deep in the block.
+// Between two images the tool moves from above the top to beside the block. According to the plane
+// of the last image it would be 7 mm deep in the block.
 TEST_F(EstimatorTest, TheLocalModelFollowsTheHandBetweenImages) {
   Estimator estimator = Make();
   estimator.Estimate(Draw(0.044, 0.0935));
@@ -218,7 +218,7 @@ TEST_F(EstimatorTest, AnUnknownForceIsNotZero) {
   const ContactEstimate& found = estimator.Estimate(Draw(0.044, 0.092));
   EXPECT_TRUE(found.events.Has(Event::kTrackingRegained));
   EXPECT_TRUE(found.force);
-  // Found somewhere, it may be another thing that looks like it.
+  // A match elsewhere in the image may be another object that looks like the tool.
   for (int i = 0; i < 3; ++i) {
     EXPECT_EQ(estimator.estimate().validity, Validity::kExtrapolated) << i;
     EXPECT_EQ(estimator.estimate().check, FailedCheck::kTip) << i;
@@ -254,7 +254,7 @@ TEST_F(EstimatorTest, BeyondTheModelsRangeTheForceIsMarkedExtrapolated) {
   EXPECT_EQ(estimator.Estimate(Draw(0.044, 0.0855)).validity, Validity::kExtrapolated);
 }
 
-// The tip alone would give 1.4 N. Nothing is deformed, so nothing presses.
+// The tip's position alone would give 1.4 N, but nothing is deformed, so there is no contact.
 TEST_F(EstimatorTest, APressWithoutItsIndentationIsNotValid) {
   indents_ = false;
   Estimator estimator = Make();
@@ -267,8 +267,8 @@ TEST_F(EstimatorTest, APressWithoutItsIndentationIsNotValid) {
 
 // A camera is bumped, rolled or zooms in the middle of a press: the image changes, the force stays.
 // A bump moves everything by up to 20 px. In an image that is 2 % larger the tip is farther from
-// the marks that the template holds on to: by 0.3 px, a fifteenth of the force. Tolerance: a tenth
-// of a pixel of tip and of surface each, of 3 mm; more where the image is turned or scaled.
+// the marks that the template matches: by 0.3 px, which is a fifteenth of the force. Tolerance: a
+// tenth of a pixel of tip and of surface each, of 3 mm; more where the image is turned or scaled.
 TEST_F(EstimatorTest, AMotionOfTheCameraIsCompensated) {
   const cv::Size size(scene_.sense.Find<Camera>()->size[0], scene_.sense.Find<Camera>()->size[1]);
   const double x = 0.5 * (size.width - 1), y = 0.5 * (size.height - 1);
@@ -325,8 +325,8 @@ TEST_F(EstimatorTest, MotionThatIsNotCompensatedIsInSigma) {
   EXPECT_LT(sigma, 0.7 * estimated.sigma) << "nothing moved then";
 }
 
-// The tool is past its home in the first image: a template of its shaft is no tip. Without the
-// check the state would be `valid` with 0 N during a press of up to 2.3 N.
+// In the first image the tool is deeper than its home, so that the template shows its shaft instead
+// of the tip. Without the check the state would be `valid` with 0 N during a press of up to 2.3 N.
 TEST_F(EstimatorTest, AFilmThatBeginsLateIsFlagged) {
   for (const double past : {0.002, 0.004, 0.007}) {
     Estimator estimator(scene_, Draw(0.044, 0.094 - past), home());

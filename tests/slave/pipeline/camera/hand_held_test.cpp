@@ -18,9 +18,8 @@ namespace {
 
 class HandHeldTest : public testing::TestWithParam<std::uint32_t> {};
 
-// Bound: a tenth of the peak, what a person may expect of a force by hand (issue: at most 10 % rms
-// or flagged); single forces twice that. A press that is flagged throughout would show nothing, so
-// half of the images in contact are to be valid.
+// Bound: 10 % of the peak (rms) for a hand-held tool, or flagged; 20 % for single forces. Half of
+// the images in contact must be valid, since a press that is flagged throughout would test nothing.
 TEST_P(HandHeldTest, ValidForcesOfAHandHeldPressAreWithinATenthOfThePeak) {
   Scene scene = LoadScene(SourcePath("/deploy/scenes/silicone-block.yaml"));
   scene.site.seed = GetParam();

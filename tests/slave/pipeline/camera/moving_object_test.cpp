@@ -1,5 +1,5 @@
-// An object that moves while it is pressed, before a camera that is: what is estimated, and what
-// travels to be perceived later, go with it.
+// An object that moves while it is pressed, or a camera that moves: the estimates and the patch
+// sent to the master must move with the object.
 #include <cmath>
 #include <functional>
 #include <memory>
@@ -131,7 +131,7 @@ class MovingObjectTest : public testing::Test {
     return p_S;
   }
 
-  // What a master that got the newest law shows of the instant `then` [s].
+  // Returns the force that a master with the newest patch renders for the time `then` [s].
   Vector3d ByPatch(const Vector3d& p_S, double then) {
     const PatchSnapshot news = keeper_.Get(At(site_.t));
     const double sensed = SecondsBetween(Time{}, news.law.sensed_at);
@@ -148,8 +148,8 @@ class MovingObjectTest : public testing::Test {
   PatchPublisher keeper_{PatchPublisher::Options{.period = 1 / kRate}};
 };
 
-// Reference: the site, which knows of no image. Taken for the camera's, the motion would leave
-// plane and patch where they were: half of the peak.
+// Reference: the simulated site, which does not use images. If the motion were attributed to the
+// camera, plane and patch would stay in place: an error of half the peak.
 TEST_F(MovingObjectTest, WhatIsEstimatedAndWhatTravelsGoWithIt) {
   const Vector3d p_S = Lower();
   const double begin = site_.t, peak = site_.truth().force.norm();
@@ -158,7 +158,7 @@ TEST_F(MovingObjectTest, WhatIsEstimatedAndWhatTravelsGoWithIt) {
   while (site_.t < begin + kLong) {
     const Vector3d moved = MotionAt(site_.t + 1 / kRate - begin);
     const ContactEstimate& estimate = Step(p_S, moved);
-    if (site_.t < begin + 0.5) continue;  // nobody knows yet whose the motion is
+    if (site_.t < begin + 0.5) continue;  // it is not known yet whether camera or object moves
     const Truth truth = site_.truth();
     ++images;
     valid += estimate.validity == Validity::kValid ? 1 : 0;
@@ -182,7 +182,7 @@ TEST_F(MovingObjectTest, WhatIsEstimatedAndWhatTravelsGoWithIt) {
   EXPECT_LT(std::sqrt(square / images), 1.3);
 }
 
-// With the tool in motion, too, by as much as an arm is late.
+// Also with a moving tool; the tolerance is the arm's delay.
 TEST_F(MovingObjectTest, APressIntoItIsEstimatedAsDeepAsItIs) {
   const Vector3d home = scene_.manipulator.home;
   const Vector3d p_S_deep = Lower();
@@ -200,8 +200,8 @@ TEST_F(MovingObjectTest, APressIntoItIsEstimatedAsDeepAsItIs) {
   }
 }
 
-// A tip that goes up and down by 20 mm, images with noise of a tenth of a pixel, encoders whose
-// reading is a period old and whose scale is 8 % off.
+// A tip that moves up and down by 20 mm, images with noise of a tenth of a pixel, and encoder
+// readings that are one period old and have a scale error of 8 %.
 class MotionOwnerTest : public testing::Test {
  protected:
   static constexpr double kPixel = 0.17e-3, kEncoderScale = 1.08;  // [m], [-]

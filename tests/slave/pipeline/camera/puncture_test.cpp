@@ -38,7 +38,7 @@ Scene EmbryoOf(std::uint32_t seed) {
   return scene;
 }
 
-// One simulation, image by image while the tool goes about in it.
+// One simulation, advanced image by image while the tool moves.
 class Bench {
  public:
   explicit Bench(const Scene& scene)
@@ -46,7 +46,7 @@ class Bench {
     estimator_.emplace(scene, Take(), p_S_);
   }
 
-  // The tool goes on at `velocity` [m/s] until the next image.
+  // Moves the tool at `velocity` [m/s] until the next image.
   const ContactEstimate& Go(const Eigen::Vector3d& velocity) {
     for (int k = 0; k < kSubsteps; ++k) {
       p_S_ += velocity / (rate_ * kSubsteps);
@@ -92,8 +92,8 @@ bool IsSilentlyWrong(const ContactEstimate& estimate, const Truth& truth, double
   return error > 0.05 * full && error > 3 * estimate.sigma;
 }
 
-// Towards the target at 0.1 to 1.5 mm/s, with a pause in some; where the resistance is gone the
-// hand surges forward before it stops.
+// Inserts the tool at 0.1 to 1.5 mm/s, in some cases with a pause. When the resistance disappears,
+// the tool jumps forward before it stops.
 Outcome Insert(std::uint32_t seed) {
   const Scene scene = EmbryoOf(seed);
   Bench bench(scene);
@@ -119,14 +119,14 @@ Outcome Insert(std::uint32_t seed) {
       outcome.late = since;
       outcome.false_alarm = !truth.punctured;
     }
-    // A tip that debris hides is an unknown force, not a wrong one.
+    // If debris hides the tip, the force must be unknown, not wrong.
     if (outcome.late >= 0 && estimate.force && !estimate.force->isZero(0)) outcome.is_zero = false;
   }
   return outcome;
 }
 
-// Whether a puncture is reported in a press that breaks nothing, as deep, as fast and as unsteady:
-// pauses, retreats, slips to the side, steps of light.
+// Returns whether a puncture is reported in a press without one that has the same depth, speed and
+// unsteadiness: pauses, retreats, sideways slips, steps of the light.
 bool ReportsPuncture(std::uint32_t seed) {
   Scene scene = EmbryoOf(seed);
   scene.site.embryo->puncture = {1e-2, 1e-2};

@@ -1,4 +1,4 @@
-// A camera whose lens bends straight lines, from its images to the tip.
+// Tests a camera whose lens distorts straight lines, from the images to the tip.
 #include <algorithm>
 #include <filesystem>
 #include <string>
@@ -15,7 +15,7 @@
 namespace palpate {
 namespace {
 
-// The shipped block, seen by a camera with a barrel of a lens.
+// The shipped block, seen by a camera with barrel distortion.
 Scene BlockBehindALens() {
   const auto folder = std::filesystem::path(BinaryPath()) / "test-output";
   std::filesystem::create_directories(folder);
@@ -27,8 +27,8 @@ Scene BlockBehindALens() {
   return scene;
 }
 
-// Reference: where the simulated site's tool really is. Tolerance: a tenth of a pixel; the lens
-// alone shows it up to two pixels from there.
+// Reference: the true position of the simulated tool. Tolerance: a tenth of a pixel; without
+// correction of the lens the error is up to two pixels.
 TEST(StraightCameraTest, TheTipIsFoundToATenthOfAPixelThroughALens) {
   const Scene scene = BlockBehindALens();
   SimulatedSite site(scene);
@@ -54,9 +54,9 @@ TEST(StraightCameraTest, TheTipIsFoundToATenthOfAPixelThroughALens) {
   EXPECT_GT(unstraightened, 1) << "or the lens shows nothing";
 }
 
-// The shipped embryo, whose outline and pipette's direction are known from the images alone.
-// Reference: the simulated site's force. Tolerance 15 %: the outline found is rounded by the
-// snake's 60 points, and the arc that holds it is stated about its middle.
+// The shipped embryo, whose outline and pipette direction come from the images only. Reference: the
+// simulated force. Tolerance 15 %: the outline found is smoothed by the snake's 60 points, and the
+// supporting arc is stated relative to its centre.
 TEST(FromImageTest, TheEmbryoOfTheImageIsEstimatedByAPipetteThatPointsAtIt) {
   Scene scene = LoadScene(SourcePath("/deploy/scenes/zebrafish-embryo.yaml"));
   scene.site.embryo.reset();  // linear, and it does not break

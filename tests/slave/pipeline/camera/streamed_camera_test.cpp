@@ -1,5 +1,5 @@
-// The shipped block with images that a driver sends: what is missing is reported, what cannot be
-// used is reported, what comes is estimated.
+// The shipped block with images from a driver: missing and unusable images are reported, good ones
+// are estimated.
 #include <memory>
 #include <string>
 #include <vector>

@@ -1,5 +1,5 @@
-// The tool's end where the scene does not have it, and round ends that lean: simulated images of a
-// press. The simulator knows the force.
+// Tool ends that differ from the scene, and tilted round ends, in simulated images of a press. The
+// simulator gives the true force.
 #include <algorithm>
 #include <cmath>
 #include <numbers>
@@ -60,8 +60,8 @@ Scene BlockAt(double rate) {
   return scene;
 }
 
-// Bound: what a user may expect of a `valid` force whose template was cut by hand. An anchor that
-// is right loses nothing.
+// Bound: the promised accuracy of a `valid` force with a template cut by hand. A correct anchor
+// causes no loss.
 TEST(TemplateAnchorTest, NoValidForceIsOffByMoreThanATenthOfThePeak) {
   const Scratch folder;
   Scene scene = BlockAt(20);
@@ -100,7 +100,7 @@ void ExpectRightAndValid(const Scene& scene, double degrees) {
   EXPECT_GE(outcome.valid, 0.8 * outcome.touching) << degrees;
 }
 
-// The shaft leans and stays so.
+// The shaft has a constant tilt.
 TEST(LeaningToolTest, ARoundEndThatLeansIsItsCentre) {
   Scene scene = UnderARoundEnd(5e-3);
   for (const double degrees : {0.0, -15.0, 20.0}) {
@@ -110,7 +110,7 @@ TEST(LeaningToolTest, ARoundEndThatLeansIsItsCentre) {
   }
 }
 
-// The shaft turns in a hand, while it comes near as well: the end rolls on the block.
+// The shaft rotates in the operator's hand, also during the approach: the end rolls on the block.
 TEST(LeaningToolTest, ARoundEndThatTurnsRolls) {
   for (const double radius : {5e-3, 10e-3}) {
     Scene scene = UnderARoundEnd(radius);
@@ -119,12 +119,13 @@ TEST(LeaningToolTest, ARoundEndThatTurnsRolls) {
   }
 }
 
-// A flat face that turns touches with a corner before its middle, which is no wrong anchor.
+// A rotated flat face touches with a corner before its centre; this must not be reported as a wrong
+// anchor.
 TEST(LeaningToolTest, AFlatFaceThatTurnsIsValid) {
   Scene scene = BlockAt(20);
   scene.sense.Find<Camera>()->pixel = 0.25e-3;
   scene.site.hand = SiteOptions::Hand{.tilt = 20 * kDegree};
-  scene.site.seed = 77;  // it turns far before it touches
+  scene.site.seed = 77;  // it rotates a lot before contact
   ExpectRightAndValid(scene, 20);
 }
 

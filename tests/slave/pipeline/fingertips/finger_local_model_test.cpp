@@ -11,7 +11,7 @@ using Eigen::Isometry3d;
 using Eigen::Vector3d;
 using namespace testing_fakes;
 
-// A fingertip flat on the middle of the cube's top, pressed in by `depth`.
+// A fingertip flat on the centre of the cube's top, pressed in by `depth`.
 class FingerLocalModelTest : public ::testing::Test {
  protected:
   [[nodiscard]] Isometry3d Pressed(double depth) const {
@@ -19,14 +19,14 @@ class FingerLocalModelTest : public ::testing::Test {
     X_SF.translation().z() -= depth;
     return X_SF;
   }
-  // The model of small strain alone at this depth, normal force [N].
+  // Returns the normal force of the small-strain model at this depth [N].
   double Modelled(double depth) {
     FingerLocalModel touch(scene_);
     LocalModel model;
     touch.Update(*body_, Isometry3d::Identity(), Pressed(depth), true, std::nullopt, &model);
     return depth * model.stiffness(2, 2);
   }
-  // What `ratio` comes to after `samples` in which the estimated force is `force` along the normal.
+  // Returns `ratio` after `samples` with an estimated force of `force` along the normal.
   double Learnt(double depth, double force, double sigma, int samples) {
     for (int i = 0; i < samples; ++i) {
       touch_.Update(*body_, Isometry3d::Identity(), Pressed(depth), true,
@@ -44,8 +44,8 @@ class FingerLocalModelTest : public ::testing::Test {
 constexpr double kDepth = 2e-3;      // [m]
 constexpr double kFullDepth = 5e-3;  // [m], of scenes that state none
 
-// Reference: the estimated force itself, which leans by a tenth. Five learning times leave e^-5 =
-// 0.7 % of that. What pulls sideways is a spring's, too: symmetric.
+// Reference: the estimated force, which has a tangential part of a tenth. After five learning times
+// e^-5 = 0.7 % of that is missing. The tangential stiffness is also that of a spring: symmetric.
 TEST_F(FingerLocalModelTest, TheRenderedForceLeansAsTheOneEstimated) {
   const double along = Modelled(kDepth);
   const Vector3d estimate = along * Vector3d(0.1, -0.05, 1);

@@ -12,8 +12,8 @@ namespace {
 using Eigen::Vector3d;
 using namespace testing_fakes;
 
-// The plane is known before anything touches: the sphere comes through it when its centre is one
-// radius above the surface, whatever the fingertip's direction; the reference is where the apex is.
+// The plane is known before contact: the sphere crosses it when its centre is one radius above the
+// surface, for any direction of the fingertip. Reference: the position of the apex.
 TEST(TactileEstimatorTest, ThePlaneIsKnownBeforeContactFromEveryDirection) {
   for (const double degrees : {0.0, 35.0, 80.0}) {
     Touching t(CubeScene("pose: {translation: [20 mm, 20 mm, 55 mm], rotation: [0, " +
@@ -22,7 +22,7 @@ TEST(TactileEstimatorTest, ThePlaneIsKnownBeforeContactFromEveryDirection) {
     ASSERT_TRUE(local.known()) << degrees;
     EXPECT_FALSE(local.in_contact);
     EXPECT_NEAR((local.normal - Vector3d::UnitZ()).norm(), 0, 1e-12);
-    // 15 mm from the middle of the sphere to the top, 7 mm of it the sphere's.
+    // 15 mm from the centre of the sphere to the top, of which 7 mm are the radius.
     EXPECT_NEAR(local.Penetration(t.scene.manipulator.home), -0.008, 1e-12) << degrees;
     EXPECT_NEAR(local.Penetration(t.scene.manipulator.home - Vector3d(0, 0, 0.010)), 0.002, 1e-12);
     EXPECT_EQ(local.force, Vector3d(0, 0, 0));

@@ -32,9 +32,9 @@ class FingertipRunTest : public FolderTest {
   }
 };
 
-// Reference: what the authors' network gives on the authors' recording in an independent float64
-// evaluation, row by row, to 1e-6 N; states.csv has the force of the object on the fingertip, so
-// the sign turns. Nine significant digits are written.
+// Reference: an independent float64 evaluation of the authors' network on the authors' recording,
+// row by row, to 1e-6 N. states.csv contains the force of the object on the fingertip, so the sign
+// is opposite. Nine significant digits are written.
 TEST_F(FingertipRunTest, TheAuthorsNetworkOnTheAuthorsRecordingComesOutOfProcess) {
   const fs::path recording = kData / "seed001_rf_foam_bar";
   if (!fs::exists(recording)) GTEST_SKIP() << "the real recordings are not here";
@@ -58,7 +58,7 @@ TEST_F(FingertipRunTest, TheAuthorsNetworkOnTheAuthorsRecordingComesOutOfProcess
   for (std::size_t i = 0; i < t.size(); ++i) {
     EXPECT_EQ(states.at("finger")[i + 49], "rf");
     EXPECT_NEAR(std::stod(states.at("t")[i + 49]), t[i], 1e-6);
-    for (const char* unknown : {"tip_x", "contact_x"}) {  // nobody says where it is
+    for (const char* unknown : {"tip_x", "contact_x"}) {  // its position is not given
       EXPECT_EQ(states.at(unknown)[i + 49], "");
     }
   }

@@ -21,7 +21,7 @@ namespace {
 using Eigen::Vector3d;
 using namespace testing_fakes;
 
-// What the fingertips of a test do, shared with its source.
+// The state of the fingertips, which the test shares with its source.
 struct Touching {
   std::mutex mutex;
   Hand hand{1};

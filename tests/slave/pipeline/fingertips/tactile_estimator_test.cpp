@@ -21,10 +21,10 @@ using Eigen::Isometry3d;
 using Eigen::Vector3d;
 using namespace testing_fakes;
 
-// Reference: the scene's model alone, loaded with the same force at the place under the pad.
+// Reference: the scene's model alone with the same force at the point under the pad.
 TEST(TactileEstimatorTest, APressDeformsTheObjectAsItsForceDoes) {
   Touching t(CubeScene(kAbove));
-  const Vector3d force(0.007, 0, -0.07), way(0, 0, -0.003);  // as the model's, about
+  const Vector3d force(0.007, 0, -0.07), way(0, 0, -0.003);  // near the model's displacement
   const ContactEstimate& estimated = t.Press(force, way);
   EXPECT_EQ(estimated.validity, Validity::kValid);
   ASSERT_TRUE(estimated.force.has_value());
@@ -43,14 +43,14 @@ TEST(TactileEstimatorTest, APressDeformsTheObjectAsItsForceDoes) {
   const std::vector<Vector3d> p = t.Nodes();
   ASSERT_EQ(p.size(), u.size());
   for (std::size_t i = 0; i < u.size(); ++i) {
-    // The force comes in float counts: 1e-6 N of 0.2 N, times 5 mm.
+    // The force is computed in float: 1e-6 N of 0.2 N, times 5 mm.
     EXPECT_NEAR((p[i] - t.estimator.body()->surface.nodes[i] - u[i]).norm(), 0, 2e-7) << i;
   }
   EXPECT_GT(t.LargestMove(), 1e-3);
 }
 
-// The cube with `cells` along each side under a fingertip that is held by its pose, near the edge
-// of the top, where the contact lies to the side of the pad.
+// The cube with `cells` along each side and a fingertip with a fixed pose near the edge of the top,
+// so that the contact lies beside the pad's centre.
 Scene EccentricScene(int cells, const std::string& hold) {
   Scene scene =
       CubeScene("patch: 12 mm, hold: " + hold + ", pose: {translation: [32 mm, 20 mm, 47 mm]}",
@@ -76,8 +76,8 @@ TEST(TactileEstimatorTest, TheMomentOfAContactIsWithin5PercentOfForceTimesWidth)
   }
 }
 
-// Reference: the same press with everything turned together (equation 5): the object's pose and the
-// fingertip's both by R; the deformed nodes turn with them, the network's numbers stay.
+// Reference: the same press with everything rotated (equation 5): the poses of object and fingertip
+// by R. The deformed nodes rotate with them; the network's output does not change.
 TEST(TactileEstimatorTest, TheAnswerTurnsWithObjectAndFingertip) {
   Touching straight(CubeScene(kAbove));
   Scene scene = CubeScene(kAbove);
@@ -112,7 +112,7 @@ TEST(TactileEstimatorTest, APoseInsideTheObjectIsFlagged) {
     t.hand.active[0] = active;
     t.hand.forces_F[0] = {0, 0, active ? -0.2 : 0.0};
     const ContactEstimate& estimated =
-        t.Estimate(kWindow, {0, 0, -0.027});  // its middle in the cube's middle
+        t.Estimate(kWindow, {0, 0, -0.027});  // its centre at the cube's centre
     EXPECT_EQ(estimated.validity, Validity::kExtrapolated) << active;
     EXPECT_NE(t.estimator.finger(0).reason.find("inside"), std::string_view::npos) << active;
     EXPECT_EQ(t.LargestMove(), 0) << active;
@@ -120,7 +120,7 @@ TEST(TactileEstimatorTest, APoseInsideTheObjectIsFlagged) {
   }
 }
 
-// Something very soft gives way so far.
+// Only a very soft object deforms this much.
 TEST(TactileEstimatorTest, APressDeeperThanAFingertipKeepsItsShape) {
   Touching t(CubeScene(kAbove));
   t.Press({0, 0, -0.2}, {0, 0, -0.003});
@@ -145,7 +145,7 @@ TEST(TactileEstimatorTest, RestValuesTakenInsideTheObjectAreFlaggedUntilTakenAga
   EXPECT_EQ(t.estimator.estimate().validity, Validity::kValid);
 }
 
-// The arm goes 0.5 mm per sample, what the samples show goes after it by four.
+// The arm moves 0.5 mm per sample; the samples lag by four.
 TEST(TactileEstimatorTest, AFingertipThatGoesAfterTheArmIsFlagged) {
   const Scene scene = CubeScene(kAbove);
   for (const int late : {0, 4}) {
@@ -163,7 +163,7 @@ TEST(TactileEstimatorTest, AFingertipThatGoesAfterTheArmIsFlagged) {
   }
 }
 
-// E L^2 = 6.4 N is more than any strain gives; below it a search for equilibrium may be long, but
+// E L^2 = 6.4 N is more than any strain gives. Below it the search for equilibrium may be long but
 // ends.
 TEST(TactileEstimatorTest, AnAbsurdForceIsFlaggedAndHoldsNobodyUp) {
   for (const double newtons : {1e5, 7.0, 5.0, 2.0}) {
@@ -176,8 +176,8 @@ TEST(TactileEstimatorTest, AnAbsurdForceIsFlaggedAndHoldsNobodyUp) {
   }
 }
 
-// Law: a pose turned by a small angle about either axis across the force moves its end by angle
-// times force.
+// Law: if the pose is rotated by a small angle about an axis normal to the force, the force vector
+// changes by angle times force.
 TEST(TactileEstimatorTest, APoseThatIsNotQuiteKnownWidensSigma) {
   const Vector3d force(0, 0.02, -0.3);
   const auto sigma = [&](const std::string& tolerance) {
@@ -223,10 +223,10 @@ TEST(TactileEstimatorTest, FiveFingertipsAddUp) {
   }
 }
 
-// Paper B, V and VI: soft contacts drop out of the samples and the mesh oscillates; holding the
-// contact nodes calms it. The fingertip is 4 mm deep; its contact is missing for 8 of every 20
-// samples, longer than a touch is held. What is left of the mesh's motion is its range from the
-// second second on.
+// Paper B, V and VI: soft contacts are missing in some samples, and the mesh oscillates; holding
+// the contact nodes reduces this. The fingertip is 4 mm deep; its contact is missing for 8 of every
+// 20 samples, longer than a contact is held. The remaining motion of the mesh is its range after
+// the first second.
 TEST(TactileEstimatorTest, HoldingTheContactCalmsTheOscillationOfIntermittentContacts) {
   const auto range = [](const std::string& hold) {
     Touching t(CubeScene(kAbove + ", hold: " + hold, "kind: fem, time: dynamic"));
@@ -246,8 +246,8 @@ TEST(TactileEstimatorTest, HoldingTheContactCalmsTheOscillationOfIntermittentCon
   EXPECT_LT(held, 0.02 * by_force);
 }
 
-// The network takes the mean over its window. Where a force grows evenly, samples that are made up
-// for in the right number leave that mean as it is.
+// The network takes the mean over its window. If the force grows linearly, interpolating the right
+// number of missing samples does not change that mean.
 TEST(TactileEstimatorTest, AnEvenlyGrowingForceIsBridgedOverASampleThatDoesNotCome) {
   const Vector3d way(0, 0, -0.003);
   Touching whole(CubeScene(kAbove)), holed(CubeScene(kAbove));

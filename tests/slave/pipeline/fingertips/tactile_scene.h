@@ -1,4 +1,4 @@
-// Scenes of fingertips for tests, and what their fingertips would read.
+// Scenes with fingertips for tests, and the readings of their fingertips.
 #pragma once
 
 #include <cmath>
@@ -43,7 +43,7 @@ inline Scene CubeScene(const std::string& tactile, const std::string& model = "k
   return scene;
 }
 
-// A fingertip flat above the middle of the top: its pad touches at z = 40 mm.
+// A fingertip flat above the centre of the top: its pad touches at z = 40 mm.
 inline const std::string kAbove = "pose: {translation: [20 mm, 20 mm, 47 mm]}";
 
 inline TactileSenses Fakes(int window = kWindow) {

@@ -15,8 +15,8 @@ using Eigen::Isometry3d;
 using Eigen::Vector3d;
 using namespace testing_fakes;
 
-// Without an answer of the model the shape is the last one, with its time, and the estimates go on.
-// At rest the shape is the model's again.
+// Without an answer of the model the last shape is kept with its time, and estimates continue. At
+// rest the shape is the model's again.
 TEST(TactileEstimatorTest, BeyondTheModelTheLastKnownShapeIsReported) {
   Touching t(CubeScene(kAbove));
   t.Press({0, 0, -0.2}, {0, 0, -0.003});
@@ -55,8 +55,8 @@ Streamed Forces(Touching& t) {
   return streamed;
 }
 
-// The tolerance is single precision of 0.2 N. A place that is pulled, which the model leaves out,
-// is estimated as well.
+// The tolerance is single precision of 0.2 N. The force of a pulled contact, which the model
+// ignores, is also estimated.
 TEST(TactileEstimatorTest, StreamedForcesAreThoseEstimatedHoweverTheContactActs) {
   const Isometry3d turned(Eigen::AngleAxisd(0.5, Vector3d::UnitZ()));
   for (const char* extra :
@@ -80,7 +80,7 @@ TEST(TactileEstimatorTest, StreamedForcesAreThoseEstimatedHoweverTheContactActs)
 TEST(TactileEstimatorTest, StreamedForcesOfAPatchAreSpreadAsTheModelSpreadsThem) {
   Touching t(CubeScene(kAbove + ", patch: 22 mm"));
   t.Press({0.01, 0, -0.1}, {0, 0, -0.002});
-  EXPECT_GE(Forces(t).nodes, 9);  // the corners of the four middle faces
+  EXPECT_GE(Forces(t).nodes, 9);  // the corners of the four central faces
   const BoundaryShape shape = t.estimator.Shape({.nodal_forces = true});
   const auto at = [](const std::vector<float>& values, std::size_t i) -> Vector3d {
     return Eigen::Vector3f(&values[i]).cast<double>();

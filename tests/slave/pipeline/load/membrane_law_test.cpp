@@ -1,5 +1,6 @@
-// What von Karman's plate and its modes cost a force found from the dots of a rubber sheet, over
-// place, depth and thickness; the truth is a neo-Hookean solid, of which no model knows anything.
+// Tests the error that von Karman's plate and its modes cause in a force found from the dots of a
+// rubber sheet, over place, depth and thickness. The true force comes from a neo-Hookean solid that
+// shares nothing with the models.
 #include <algorithm>
 #include <cmath>
 #include <memory>
@@ -48,7 +49,7 @@ std::unique_ptr<LoadIdentifier> BodyOf(double thickness) {
   return MakeLoadIdentifier(scene);
 }
 
-// `scatter`: of a dot, per axis; `stated`: what its sigma says of that [m].
+// `scatter`: true noise of a dot per axis [m]. `stated`: its stated sigma [m].
 std::vector<SurfacePoint> Dots(const simulation::MembranePress& press, double depth,
                                std::mt19937* random, double scatter = kNoise,
                                double stated = kNoise) {
@@ -96,9 +97,9 @@ TEST_P(MembraneLawAt, EveryStepIsWithinTheBoundOrTwoSigmaOrFlagged) {
   }
 }
 
-// Reference: the dots' own scatter, a quarter of what is stated of it, and as large as that. The
-// same image leaves less open where its dots lie closer to the load's shape, and not less than
-// there are dots to say so: at the quarter stated itself.
+// Reference: the true noise of the dots, a quarter of the stated sigma and equal to it. The
+// reported sigma is smaller if the dots fit the load's shape better, but no smaller than their
+// number justifies: not below the value for a stated quarter.
 TEST(PlateLoadIdentifier, SigmaGoesByHowTheDotsScatterAsFarAsThereAreEnoughOfThem) {
   simulation::PressedMembrane truth = TruthAt({1e-3, 0.3});
   ASSERT_TRUE(truth.Deepen(1e-3));

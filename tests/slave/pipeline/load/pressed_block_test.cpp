@@ -45,7 +45,7 @@ Scene BlockScene(int cells) {
   return scene;
 }
 
-// What the camera sees of the block's top: by a model and a finer mesh of its own.
+// Simulates the camera's view of the block's top with a separate model on a finer mesh.
 class Block {
  public:
   explicit Block(int cells) : scene_(BlockScene(cells)), cells_(cells), u_(Grid(cells)) {}
@@ -142,17 +142,17 @@ class WatchedBlock {
   PointsSense sense_;
 };
 
-// Law: while the model of the points in view is being computed no force is stated as known, least
-// of all none where the tool presses; afterwards each image determines the one load. Reference: the
-// load itself; its model differs by the mesh, and the camera sees through cells of 8 mm, by some
-// percent. A modulus of 1.5 times explains the same shape by 1.5 times the force, at once.
+// Law: while the model of the visible points is being computed the force is unknown (not zero);
+// afterwards each image determines the load. Reference: the applied load; its model differs by the
+// mesh, and the camera averages over cells of 8 mm, which gives a few percent. With 1.5 times the
+// modulus the same shape gives 1.5 times the force at once.
 TEST(PressedBlock, IsPressedByNoForceUntilItsModelIsComputed) {
   const Vector2d at(0.07, 0.03);
   const Scene scene = BlockScene(12);
   WatchedBlock block(scene);
   Block truth(18);
   std::mt19937 random(5);
-  // Drawn once and shown in turn.
+  // The images are drawn once and then repeated.
   const auto drawn = [&] {
     std::vector<cv::Mat> images;
     for (int i = 0; i < 5; ++i) images.push_back(truth.Image(&random));

@@ -60,7 +60,8 @@ TEST_F(SlidPlateTest, WhatSlidBackIsFoundAtRest) {
   for (const bool slid : {true, false, true, false}) ExpectForceOfTenImages(slid);
 }
 
-// A rim that may be anywhere takes a part of the load's shape; one that was seen at rest does not.
+// A rim with an unknown position absorbs a part of the load's shape; a rim that was seen at rest
+// does not.
 TEST_F(SlidPlateTest, WhereTheRimWentIsLearntWhileNothingPresses) {
   const double unknown = ScatterOfForce();
   fit_.Reset();
@@ -68,7 +69,7 @@ TEST_F(SlidPlateTest, WhereTheRimWentIsLearntWhileNothingPresses) {
   EXPECT_LT(ScatterOfForce(), 0.7 * unknown);
 }
 
-// A model whose rim stays at its old place would give a force for the rim's motion.
+// A model whose rim keeps its old position would explain the rim's motion by a force.
 TEST_F(SlidPlateTest, ARimThatMovesAgainIsNotHeldWhereItWas) {
   for (int k = 0; k < 20; ++k) fit_.Fit(Points(true, 0));
   for (int k = 0; k < 5; ++k) {

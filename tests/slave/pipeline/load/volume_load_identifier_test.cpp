@@ -97,7 +97,8 @@ SurfaceLoad Fitted(LoadIdentifier& identifier, const std::vector<SurfacePoint>& 
 }
 
 // Reference: the load itself through the estimator's own co-rotational model, pressed 4 mm deep;
-// small strain alone is off by several percent. Noise of 20 um is what remains.
+// small strain alone has an error of several percent. The remaining error comes from noise of 20
+// um.
 TEST(VolumeLoadIdentifier, RefinesTheLoadWhereTheModelIsNotLinear) {
   PressedCube truth(CubeScene("fem", 6));
   std::mt19937 random(2);
@@ -170,7 +171,7 @@ TEST(VolumeLoadIdentifier, FitsWithoutAllocatingOnceItKnowsThePoints) {
   EXPECT_EQ(AllocationCount(), before);
 }
 
-// Law: a force carries the flags that the model gives its own answer.
+// Law: a force has the flags of the model's answer.
 TEST(VolumeLoadIdentifier, AReasonOfTheModelFlagsTheForce) {
   for (const char* kind : {"fem-green", "fem"}) {
     const Scene scene = CubeScene(kind, 6, 0.495);
@@ -184,7 +185,7 @@ TEST(VolumeLoadIdentifier, AReasonOfTheModelFlagsTheForce) {
 }
 
 // Reference: the load itself on the same model, from 4 to about 11 mm deep on a cube of 40 mm. The
-// tangent at rest is off by tens of percent there. A force that is not stated as valid may be off.
+// tangent at rest has an error of tens of percent there. A flagged force may be wrong.
 TEST(VolumeLoadIdentifier, AValidForceOfADeepPressIsWithinItsSigmas) {
   int valid = 0;
   for (const auto& [kind, sigma] :

@@ -84,7 +84,7 @@ TEST(ContactStiffnessTest, AnotherFingerHoldsAgainstWhatThisOneLeans) {
     const auto& p_O = surface.nodes[static_cast<std::size_t>(node)];
     if ((p_O - right).norm() < 1e-9) weights[static_cast<int>(k)] = 1;
   }
-  constexpr double kAsThePatch = 1;  // [m]: wider, the mesh answers alone
+  constexpr double kAsThePatch = 1;  // [m]; a wider contact uses the mesh alone
   ContactStiffness single(scene, surface, &mesh);
   const Vector3d alone = single.At(at_right, weights, kAsThePatch) * along;
   for (const double sense : {-1.0, 1.0}) {

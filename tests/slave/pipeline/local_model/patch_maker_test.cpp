@@ -55,8 +55,8 @@ class OutlinePatchTest : public testing::Test {
     patch->epoch = 1;
     return known;
   }
-  // Size of the difference to the slave's own answer by that answer, for a tip that comes in
-  // straight at `p` and goes on by `way`.
+  // Returns the relative difference to the slave's own answer for a tip that enters straight at `p`
+  // and then moves by `way`.
   double ErrorAt(const SurfacePatch& patch, const Vector3d& p, int element, const Vector3d& n,
                  const Vector3d& way) {
     PatchLaw law;
@@ -76,8 +76,8 @@ class OutlinePatchTest : public testing::Test {
   int top_ = -1;
 };
 
-// Reference: the slave's own solver. At the nodes, the middles of elements, what is left is single
-// precision and the skew part of K that collocation leaves and a spring must not have (0.3 %).
+// Reference: the slave's own solver. At the nodes (midpoints of elements) the difference is single
+// precision and the skew part of K, which collocation creates and a spring must not have (0.3 %).
 TEST_F(OutlinePatchTest, AtItsNodesThePatchAnswersAsTheSlavesOwnSolver) {
   ASSERT_GE(top_, 0);
   SurfacePatch patch;
@@ -92,10 +92,10 @@ TEST_F(OutlinePatchTest, AtItsNodesThePatchAnswersAsTheSlavesOwnSolver) {
   }
 }
 
-// A wall of which this sense knows the stiffness.
+// A sense with a wall of known stiffness.
 class WallSense final : public SensingPipeline {
  public:
-  double ratio = 1;  // that LearnLaw receives
+  double ratio = 1;  // the ratio that LearnLaw receives
   bool has_patch = true;
   bool MakePatch(const Vector3d& p_S_tip, SurfacePatch* patch) noexcept override {
     if (!has_patch) return false;
@@ -171,7 +171,7 @@ TEST_F(PatchPublisherTest, TheLawIsReportedAgainWhereAHandWouldFeelTheDifference
   EXPECT_NEAR(Get().law.ratios[0], 1.3, 1e-12);
 }
 
-// Each force alone is within two sigma of what is shown; many of them taught what it is.
+// Each single force is within two sigma of the rendered one; many of them determine the ratio.
 TEST_F(PatchPublisherTest, WhatManyUnsureForcesTaughtIsReportedWithinThePress) {
   Get();
   Update(0, -1e-3, 1);
@@ -193,7 +193,7 @@ TEST_F(PatchPublisherTest, AToolThatLeavesThePatchGetsAnother) {
   EXPECT_NEAR(Get().patch->vertices[0].x(), 0.018, 1e-6);
 }
 
-// Reference: the wall, 500 N/m, which is learnt from what is estimated alone.
+// Reference: the wall, 500 N/m, which is learnt from the estimates only.
 TEST_F(PatchPublisherTest, ASenseThatKnowsNoObjectSendsTheLawThatItEstimated) {
   sense_.has_patch = false;
   Get();

@@ -10,7 +10,8 @@ namespace {
 
 using Eigen::Vector3d;
 
-// Two samples by hand: errors 0.1 and -0.2, of which the model 0.3 and 0, tracking -0.2 and -0.2.
+// Two samples calculated by hand: errors 0.1 and -0.2; the model's parts are 0.3 and 0, those of
+// tracking -0.2 and -0.2.
 TEST(ErrorBudgetTest, SplitsTheErrorIntoModelAndTracking) {
   const ErrorBudget budget =
       BudgetOf({{{0, 1.1, 0}, {0, 1, 0}, 1.3}, {{0, 1.8, 0}, {0, 2, 0}, 2.0}});
@@ -21,8 +22,8 @@ TEST(ErrorBudgetTest, SplitsTheErrorIntoModelAndTracking) {
   EXPECT_NEAR(budget.peak_error, 0.2, 1e-12);
 }
 
-// A force of the right size that points the wrong way is an error: by 3-4-5, of one newton times
-// the root of two.
+// A force of the right size that points the wrong way is an error: a 3-4-5 triangle, one newton
+// times the square root of two.
 TEST(ErrorBudgetTest, AWrongDirectionCounts) {
   const ErrorBudget budget = BudgetOf({{{0.6, 0.8, 0}, {-0.8, 0.6, 0}, 1.0}});
   EXPECT_NEAR(budget.rms, std::sqrt(2.0), 1e-12);
@@ -30,8 +31,8 @@ TEST(ErrorBudgetTest, AWrongDirectionCounts) {
   EXPECT_NEAR(budget.tracking_rms, 0, 1e-12);
 }
 
-// The third is in thin air: less than a hundredth of the peak by truth and estimate. The fourth is
-// not, though the truth knows of no contact; the last is unknown.
+// The third sample is without contact: true and estimated force are below a hundredth of the peak.
+// The fourth counts as contact although the true force is zero; the last is unknown.
 TEST(ErrorBudgetTest, OnlyKnownForcesInContactCount) {
   const ErrorBudget budget = BudgetOf({{{0, 2, 0}, {0, 2, 0}, 2.0},
                                        {{0, 2, 0}, {0, 1, 0}},

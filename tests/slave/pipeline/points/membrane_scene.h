@@ -1,4 +1,4 @@
-// Paper C's rubber membrane for tests, and what its dots would do.
+// Paper C's rubber membrane for tests, and the motion of its dots.
 #pragma once
 
 #include <random>

@@ -43,7 +43,7 @@ class PointsRunTest : public FolderTest {
     scene.sense.Find<StereoCameras>()->rig = folder_ / "rig.yaml";
     return scene;
   }
-  // What a run of recorded pairs is refused with.
+  // Returns the error message of a run with recorded pairs.
   [[nodiscard]] std::string Refusal(const Scene& scene) const {
     return Thrown<std::runtime_error>([&] {
       RunOffline(scene, {folder_ / "out", false, false, {}}, {});
@@ -68,7 +68,7 @@ TEST_F(PointsRunTest, RecordedPairsTellForceAndPlace) {
   ASSERT_EQ(states.at("fx").size(), 18U);
   EXPECT_EQ(states.at("fx").front(), "");  // the rest frame is not known yet: unknown, not zero
   EXPECT_EQ(states.at("validity").front(), "failed");
-  EXPECT_EQ(states.at("tip_x").back(), "");  // nobody says where the tool is
+  EXPECT_EQ(states.at("tip_x").back(), "");  // the tool's position is not given
   EXPECT_EQ(states.at("validity").back(), "valid");
   EXPECT_NEAR(std::stod(states.at("fz").back()), press.force, 0.05 * press.force);
   EXPECT_NEAR(std::stod(states.at("contact_x").back()), press.p_O.x(), 1e-3);
@@ -87,7 +87,8 @@ TEST_F(PointsRunTest, RecordedPairsTellForceAndPlace) {
   EXPECT_FALSE(cv::imread((folder_ / "out/frames/right/000018.png").string()).empty());
 }
 
-// With the cameras half as far again from each other all that they see is larger by as much.
+// With 1.5 times the distance between the cameras, everything they measure is larger by this
+// factor.
 TEST_F(PointsRunTest, ARigOfOtherCamerasIsNoSuccessAndTellsNoPlace) {
   const Scene scene = Recorded({4.0, {0, 0}, false});
   StereoRig rig = RigOf(scene);
@@ -102,20 +103,20 @@ TEST_F(PointsRunTest, ARigOfOtherCamerasIsNoSuccessAndTellsNoPlace) {
   EXPECT_FALSE(fs::exists(folder_ / "out/summary.json"));
 }
 
-// A pair turned towards each other sees an array in exchanged images, too: bent the other way,
-// and with rays that pass each other: before anything presses, too.
+// With exchanged images of two verged cameras the array is still found, but it is curved the other
+// way and the rays miss each other, even before a press.
 TEST_F(PointsRunTest, ExchangedSidesAreFlagged) {
   Scene scene = Recorded({4.0, {0, 0}, false});
   std::swap(scene.sense.Find<StereoCameras>()->left, scene.sense.Find<StereoCameras>()->right);
   const OfflineSummary summary = RunOffline(scene, {folder_ / "out", false, false, {}}, {});
   EXPECT_EQ(summary.validity.at("extrapolated"), 8U);
   EXPECT_EQ(summary.validity.count("valid"), 0U);
-  // Rays that pass each other are the cause; a rest shape that is not flat is the consequence.
+  // The cause is that the rays miss each other; the consequence is a rest shape that is not flat.
   EXPECT_EQ(summary.checks.at("epipolar"), 8U);
 }
 
-// Reference: the run that made the images. The rig's file has all digits; what a pixel of its
-// rays differs by is rounding.
+// Reference: the run that made the images. The rig's file has all digits, so its rays differ only
+// by rounding.
 TEST_F(PointsRunTest, WrittenFramesTellTheSameForcesAgain) {
   Scene scene = LoadScene(SourcePath("/deploy/scenes/rubber-membrane.yaml"),
                           {"operator.press.depth=2 mm", "operator.press.speed=10 mm/s"});

@@ -50,11 +50,11 @@ class PointsSenseTest : public ::testing::Test {
         << ToString(state.validity);
     return state;
   }
-  // A force by the newest images: what was taken before `since` does not count.
+  // Returns a state with a force from images taken after `since`.
   SlaveState UntilForce(double least) {
     return Until([&](const SlaveState& s) { return s.force && s.force->norm() > least; });
   }
-  // Nothing presses any more, and the images show it.
+  // Waits until the images show that the contact has ended.
   void UntilLeft() {
     environment_->Show({});
     Until([](const SlaveState& s) { return IsValid(s) && !(s.depth > 0); });

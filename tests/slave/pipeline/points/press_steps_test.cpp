@@ -16,7 +16,7 @@ PressSteps Pressed() {
     }
   };
   halt(0, 0, {0.1, 0.0, 0.2});
-  halt(0.4e-3, 0.5, {0.5});  // on the way
+  halt(0.4e-3, 0.5, {0.5});  // during the motion
   halt(1e-3, 1, {0.9, 1.2, 1.05});
   halt(2e-3, 3, {3.0, 3.0, 3.3});
   halt(1e-3, 1, {1.0, 1.0, 1.0});

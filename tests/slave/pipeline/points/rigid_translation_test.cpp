@@ -40,7 +40,7 @@ TEST(TrackedPlaceTest, ABodyThatDoesNotTurnIsFollowedWhicheverPointsAreHidden) {
   }
 }
 
-// What comes into view later has a rest place of another instant.
+// A point that enters the view later has a rest position from a later time.
 TEST(TrackedPlaceTest, PointsThatCameLaterDoNotCount) {
   RigidTranslation place;
   SurfaceObservation first = Seen({0, 0, 0});
@@ -60,7 +60,7 @@ TEST(TrackedPlaceTest, ALossIsReportedAndSoIsItsEnd) {
   const ContactEstimate& lost = place.Estimate(nothing);
   EXPECT_EQ(lost.validity, Validity::kTrackingLost);
   EXPECT_TRUE(lost.events.Has(Event::kTrackingLost));
-  EXPECT_TRUE(lost.p_S_contact.isApprox(start));  // the last one known
+  EXPECT_TRUE(lost.p_S_contact.isApprox(start));  // the last known one
   EXPECT_FALSE(place.Estimate(nothing).events.Has(Event::kTrackingLost));
   const ContactEstimate& again = place.Estimate(Seen({0.01, 0, 0}));
   EXPECT_EQ(again.validity, Validity::kFailed);

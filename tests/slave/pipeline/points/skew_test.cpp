@@ -1,6 +1,6 @@
-// Two cameras that do not look at the same instant, or whose timestamps differ from it, on a
-// membrane that moves: each force is right at the moment that is stated, within its sigma, or is
-// not `valid`. `Long` ones run all rows.
+// Two cameras that expose at different times, or whose timestamps are wrong, with a moving
+// membrane: each force must be right within its sigma for the stated time, or not `valid`. The
+// tests named `Long` run all rows.
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -21,7 +21,7 @@ namespace palpate {
 namespace {
 
 constexpr double kDepth = 5e-3;  // of the press [m]
-constexpr int kRest = 14;        // pairs before the tool comes
+constexpr int kRest = 14;        // pairs before the tool moves
 constexpr int kMoving = 60;      // pairs after
 constexpr double kRight = 0.05;  // of the largest force
 constexpr double kSigmas = 3;
@@ -32,7 +32,7 @@ struct Skew {
   double jitter = 0;  // of the stamp: later in one pair, earlier in the next
 };
 
-// The shipped membrane pressed to kDepth and let go, to and fro.
+// The shipped membrane, pressed to kDepth and released repeatedly.
 class SkewedCameras final : public StereoSource {
  public:
   // `speed`: the tool's largest [m/s].
@@ -102,8 +102,8 @@ Row RunRow(StereoSite* site, const Scene& scene, double peak, double speed, cons
   return row;
 }
 
-// Reference: the simulated site's large-strain solid. Tolerance: the 5 % of the largest force that
-// are promised of what is `valid`, or three of its sigmas.
+// Reference: the simulated site's large-strain solid. Tolerance: the promised accuracy of `valid`
+// forces, which is 5 % of the largest force or three sigmas.
 void ExpectRightOrNotValid(const std::vector<double>& speeds, const std::vector<Skew>& skews) {
   const Scene scene = LoadScene(SourcePath("/deploy/scenes/rubber-membrane.yaml"));
   StereoSite site(scene);
@@ -141,7 +141,8 @@ TEST(Long, EveryRow) {
   ExpectRightOrNotValid({kSpeeds.begin(), kSpeeds.end()}, skews);
 }
 
-// Stated at once, or up to the shipped `sync` to the other side, or never twice alike.
+// The right image is late while its timestamp shows no delay, or a delay of the opposite sign of up
+// to the shipped `sync`; or timestamps vary.
 TEST(Long, EveryLie) {
   std::vector<Skew> skews;
   for (const double skew : {1e-3, 2e-3, 5e-3, 10e-3, 20e-3, 40e-3, -5e-3, -10e-3, -40e-3}) {

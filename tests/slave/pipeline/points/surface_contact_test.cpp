@@ -110,8 +110,8 @@ TEST_F(RenderedMembraneTest, TheRenderedForceBecomesTheOneEstimated) {
   EXPECT_NEAR(estimator().LocalAt(TipAt(4.2e-3)).stiffness.trace() / slope, 1, 5e-3);
 }
 
-// Reference: each image changes the ratio by no more than the learning rate of what is missing,
-// 1 - exp(-1 / 3) of a tenth: 2.8 % of the force; the fit's own error adds at most half a percent.
+// Reference: each image changes the ratio at most by the learning rate, 1 - exp(-1 / 3), times the
+// difference of a tenth: 2.8 % of the force. The error of the fit adds at most half a percent.
 TEST_F(RenderedMembraneTest, TheRenderedForceNeverJumps) {
   estimator().Estimate(Dots(4e-3, kSofter), TipAt(4e-3));
   double last = Rendered(4e-3);
@@ -126,8 +126,8 @@ TEST_F(RenderedMembraneTest, TheRenderedForceNeverJumps) {
   EXPECT_LT(largest, 0.035);
 }
 
-// A moved rim, another's press beside the tip, a tip above the membrane, one that only grazes it,
-// and points lost.
+// A moved rim, a press by another tool beside the tip, a tip above the membrane, a grazing tip, and
+// lost points.
 TEST_F(RenderedMembraneTest, FlaggedAndStrangeLoadsTeachNothing) {
   const double modelled = Rendered(4e-3);
   SurfaceObservation lost = Dots(4e-3, kSofter), raised = lost;

@@ -45,9 +45,9 @@ TEST(SurfaceEstimatorTest, FeelsForceAndPlaceOfAPressFromItsDots) {
   }
 }
 
-// Law: a load at the position that the points show, in the frame of the slave, about the tip that
-// the encoders report. Where the images do not show the tool, or the load is another one's, it is
-// unknown.
+// Law: the moment is that of a load at the position found from the points, in the slave's frame,
+// about the tip reported by the encoders. It is unknown if the images do not show the tool or the
+// load comes from another tool.
 TEST(SurfaceEstimatorTest, TheMomentAboutTheTipIsThatOfTheLoadBesideIt) {
   Scene scene = MembraneScene("plate-large");
   scene.object.X_SO = Askew();
@@ -89,8 +89,8 @@ TEST(SurfaceEstimatorTest, SigmaIsTheForcesStandardDeviation) {
   EXPECT_NEAR(sum / kImages, 0.9, 0.48);
 }
 
-// Points that scatter by a fifth of what is stated of them, where that is all that errs. Reference
-// and tolerance as above. Where it is not, at least two thirds of what is stated stay: z^2 is a
+// The points scatter by a fifth of their stated sigma and there are no other errors. Reference and
+// tolerance as above. With other errors at least two thirds of the stated sigma remain: z^2 is a
 // tenth.
 TEST(SurfaceEstimatorTest, WhatPointsScatterAtRestReplacesWhatIsReportedWhereNothingElseErrs) {
   PlateLargeModel same({kRadius, kThickness, kModulus, kNu});
@@ -122,8 +122,9 @@ TEST(SurfaceEstimatorTest, WhatPointsScatterAtRestReplacesWhatIsReportedWhereNot
   }
 }
 
-// A tenth of the time from pair to pair is a tenth of what the force changes in it, be it in the
-// next pair, where a tool that turns back seems to stand; of noise it is nothing.
+// A time error of a tenth of the pair period changes the force by a tenth of its change per pair.
+// This also holds for the next pair, in which a tool that reverses seems to stand still. Noise is
+// not counted as change.
 TEST(SurfaceEstimatorTest, AMomentThatIsNotSureMakesAChangingForceLessSure) {
   constexpr double kMoment = 0.1;
   const auto sigmas = [](double moment) {

@@ -20,7 +20,7 @@ using Eigen::Vector3d;
 using testing::HasSubstr;
 using namespace testing_fakes;
 
-// As exchanged cameras show it. A press of the same size is valid.
+// Exchanged cameras show such a load. A press of the same size is valid.
 TEST(SurfaceFlagsTest, ALoadThatPullsIsNoPress) {
   SurfaceEstimator& estimator = Large();
   for (const double force : {-1.0, 1.0}) {
@@ -92,8 +92,8 @@ TEST(SurfaceFlagsTest, AMovedRimIsFlaggedAndNotTurnedIntoForce) {
   }
 }
 
-// A rig 250 mm away that turns by ten pixels, and one that is pushed: what its points do together
-// no press does. Reference: the load; 5 %.
+// A rig 250 mm away that rotates by ten pixels, and one that is displaced: all points move
+// together, which no press causes. Reference: the load; 5 %.
 TEST(SurfaceFlagsTest, ABumpedRigIsCompensatedAndFlaggedBeyondThat) {
   SurfaceEstimator& estimator = Large();
   std::mt19937 random(9);
@@ -121,10 +121,10 @@ TEST(SurfaceFlagsTest, ABumpedRigIsCompensatedAndFlaggedBeyondThat) {
   }
 }
 
-// Reference: the load on the same sheet at another tension, through modes of order 18: the scene's
-// makes 10 to 70 % more or less of the force. A press that rises to 4 N and stays; silently wrong
-// is what is `valid` and off by more than three sigma and a twentieth of the peak. Of a shallow
-// indentation, up to a quarter of the peak, the width does not show it yet.
+// Reference: the load on the same sheet at another tension, with modes of order 18: with the
+// scene's tension the force is 10 to 70 % too large or too small. A press that rises to 4 N and
+// stays; a `valid` force with an error above three sigma and 5 % of the peak is silently wrong. The
+// width of a shallow indentation (up to a quarter of the peak) does not show the error yet.
 TEST(SurfaceFlagsTest, AnIndentationOfAnotherTensionIsFlaggedOrItsSigmaTellsIt) {
   constexpr double kPeak = 4;
   std::mt19937 random(11);
@@ -157,7 +157,7 @@ TEST(SurfaceFlagsTest, AnIndentationOfAnotherTensionIsFlaggedOrItsSigmaTellsIt) 
   }
 }
 
-// A zoom, or cameras that both came nearer: half a percent moves the outer dots by 0.15 mm.
+// A zoom, or both cameras nearer: half a percent moves the outer dots by 0.15 mm.
 TEST(SurfaceFlagsTest, PointsThatMoveApartAreFlaggedAsAnotherScale) {
   SurfaceEstimator& estimator = Large();
   std::mt19937 random(13);
@@ -191,7 +191,8 @@ TEST(SurfaceFlagsTest, AnIndentationOfAWiderMembraneIsFlaggedOnceTheRestIsKnown)
   }
 }
 
-// Images that were bumped sideways show a flat membrane as before, and its indentation elsewhere.
+// Images that are shifted sideways show a flat membrane unchanged, but an indentation at another
+// position.
 TEST(SurfaceFlagsTest, AnIndentationThatIsNotUnderThePressingTipIsFlagged) {
   SurfaceEstimator& estimator = Large();
   std::mt19937 random(15);

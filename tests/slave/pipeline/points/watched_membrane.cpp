@@ -23,7 +23,7 @@ constexpr double kYoung = 27.2e6, kPoisson = 0.45;      // [Pa], [-]
 constexpr double kDotRadius = 0.002;                    // [m]
 constexpr auto kPeriod = std::chrono::milliseconds(5);
 
-constexpr int kPairs = 8;  // so that the mean of the rest frame's noise is not each one's
+constexpr int kPairs = 8;  // so that the rest frame's noise is averaged
 Eigen::Vector3d Normal(const Press& press, const Eigen::Vector2d& p) {
   constexpr double kStep = 1e-5;  // [m]
   const auto w = [&](double dx, double dy) {
@@ -115,7 +115,7 @@ std::optional<StereoPair> MembraneSource::Next(const std::stop_token& stop) {
     if (environment_->silent_) continue;
     StereoPair pair = environment_->pairs_[sequence_ % environment_->pairs_.size()];
     pair.sequence = ++sequence_;
-    // Nor does a camera show the same image twice.
+    // A real camera never shows exactly the same image twice, so noise is added.
     cv::RNG noise(sequence_);
     for (cv::Mat* image : {&pair.left, &pair.right}) {
       cv::Mat levels(image->size(), image->type());

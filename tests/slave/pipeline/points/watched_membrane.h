@@ -24,7 +24,7 @@ double PlateDeflection(double force, const Eigen::Vector2d& p_O_load, const Eige
 struct Press {
   double force = 0;  // of the tool on the membrane, downward [N]
   Eigen::Vector2d p_O{0, 0};
-  bool covered = false;  // a hand before the left camera
+  bool covered = false;  // an object covers the left camera
 };
 
 // Draws the array of 31 dots under a press.

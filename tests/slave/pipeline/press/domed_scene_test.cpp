@@ -53,7 +53,8 @@ class Truth {
     const double z = std::sqrt(1 - Vector2d(x / kAxes.x(), y / kAxes.y()).squaredNorm());
     return {x, y, kInflation - kAxes.z() + kAxes.z() * z};
   }
-  // What the camera at S's origin sees, with noise of 0.05 mm that is alike in patches of 4 px.
+  // Returns the depth image of the camera at S's origin, with noise of 0.05 mm that is equal within
+  // patches of 4 px.
   cv::Mat Image(std::mt19937* random) const {
     const DepthImages camera = TestDepthCamera();
     std::vector<double> inverse(320 * 240, 0);
@@ -89,7 +90,7 @@ class Truth {
     params.air_stiffness = (101'325 + InflatedMembrane(Shape(), params).pressure()) / kAir;
     return params;
   }
-  // Over the pixels inside, one over the depth is linear.
+  // The inverse of the depth is linear over the pixels of a triangle.
   static void Draw(const std::array<Vector3d, 3>& p, const DepthImages& camera,
                    std::vector<double>* inverse) {
     Eigen::Matrix3d corners;  // columns: pixel, 1
@@ -172,8 +173,9 @@ TEST_F(DomedSceneTest, APressIsEstimatedAnywhere) {
   }
 }
 
-// From what presses while the rest frame is taken only the rest of a press is estimated, which
-// nothing shows until it leaves; the surface that comes out then is no load.
+// If a tool presses while the rest frame is taken, only the additional press is estimated, and
+// nothing shows the error until the tool leaves. The surface that then bulges outwards must not be
+// reported as a load.
 TEST_F(DomedSceneTest, ASurfaceThatComesOutIsNoLoad) {
   for (const double force : {0.5, 1.5, 3.0}) {
     sense_.Reset();

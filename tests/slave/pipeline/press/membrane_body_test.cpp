@@ -41,8 +41,8 @@ class MembraneBodyTest : public ::testing::Test {
   MembraneBody body_{TestMembrane(), 0.014};
 };
 
-// Reference: the force that pressed, Newton's third law between load and nodes, and the
-// displacement that was seen.
+// Reference: the applied force, Newton's third law between load and nodes, and the observed
+// displacement.
 TEST_F(MembraneBodyTest, TheLoadIsFoundAndItsFieldIsTheOneSeen) {
   const int node = 60;
   const auto points = Points(node, 2);

@@ -20,15 +20,15 @@ struct RecordedPress {
     std::vector<SurfacePoint> points;
   };
   std::vector<Row> rows;      // one per frame of the recording
-  std::vector<Frame> frames;  // those whose depth image is there, after the rest frame
-  double rest_scatter = 0;    // of frames up to 58: rms of (way along the normal / its sigma)
-  double rest_rms = 0;        // the same, not divided [m]
+  std::vector<Frame> frames;  // frames after the rest frame that have a depth image
+  double rest_scatter = 0;  // rms of (displacement along the normal / its sigma) in frames up to 58
+  double rest_rms = 0;      // the same, not divided [m]
 };
 
 inline std::filesystem::path RecordedPressFolder() {
   return SourcePath("/../shared/data/membrane_press_rgbd");
 }
-// As the folder's description has them; 0.08 mm: what single depths scatter by at rest.
+// Parameters from the folder's description; 0.08 mm is the noise of single depths at rest.
 DepthPoints::Params RecordedPressCamera();
 RecordedPress ReadRecordedPress(const std::filesystem::path& folder);
 

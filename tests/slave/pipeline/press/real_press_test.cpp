@@ -21,7 +21,7 @@ constexpr int kLastTraining = 65;
 constexpr double kRim = 0.058;    // z of the camera's frame [m]
 constexpr double kPoisson = 0.5;  // rubber
 constexpr std::size_t kRestImages = 5;
-constexpr double kWrench = 0.2;  // its noise [N]
+constexpr double kWrench = 0.2;  // noise of the force sensor [N]
 
 Scene RecordedScene();
 
@@ -45,7 +45,7 @@ class RealPressTest : public ::testing::Test {
     if (press_ == nullptr) GTEST_SKIP() << RecordedPressFolder() << " is not there";
   }
 
-  // The wrench's frame is not known: the size of the change.
+  // The orientation of the force sensor is unknown, so only the magnitude of the change is used.
   static double Measured(int frame) {
     return press_->rows[static_cast<std::size_t>(frame)].force.norm();
   }
@@ -73,8 +73,8 @@ class RealPressTest : public ::testing::Test {
 
 RecordedPress* RealPressTest::press_ = nullptr;
 
-// The covariance that DepthPoints states, against what its points do while nothing touches: not
-// too small, and no more than twice too large.
+// Compares the covariance stated by DepthPoints with the noise of its points without contact: it
+// must not be too small, and at most twice too large.
 TEST_F(RealPressTest, AtRestThePointsScatterAsTheirSigmaSays) {
   EXPECT_LT(press_->rest_scatter, 1.1);
   EXPECT_GT(press_->rest_scatter, 0.5);

@@ -1,5 +1,5 @@
-// Difference between the law of the simulator's truth and that of the estimator, and the part of it
-// that remains when the force is found from the dots.
+// Compares the simulator's law (the truth) with the estimator's law, and determines the part of the
+// difference that remains if the force is found from the dots.
 #include <algorithm>
 #include <cmath>
 #include <vector>
@@ -24,7 +24,7 @@ constexpr double kRadius = 0.039, kYoung = 27.2e6, kPoisson = 0.45;
 struct Laws {
   double depth = 0, truth = 0;  // [m], [N]
   double by_depth = 0;          // von Karman's force at the truth's depth, over the truth's
-  double by_dots = 0;           // that from the truth's dots
+  double by_dots = 0;           // force found from the true dots
   double misplaced = 0;         // of the load found [m]
   double stated = 0;            // of by_depth - 1, by plate_law.h
   bool flagged = false;         // von Karman's force at the truth's depth
@@ -95,9 +95,9 @@ TEST(MembraneLaws, DotsTellTheForceOfTheOtherLaw) {
   }
 }
 
-// The same under a rigid face, whose outer arc alone touches beside the centre: an even load is
-// found up to 2 mm farther out there (5 mm for the wide tool). Measured: -0.6 to 3.4 % of the
-// force, misplaced by 0.2 mm.
+// The same under a rigid face, which touches only with its outer arc if it is off the centre: the
+// uniform load is found up to 2 mm farther out there (5 mm for the wide tool). Measured: -0.6 to
+// 3.4 % of the force, misplaced by 0.2 mm.
 TEST(MembraneLaws, DotsTellTheForceAndPlaceOfARigidTool) {
   PlateLargeModel plate({.radius = kRadius,
                          .thickness = 1e-3,

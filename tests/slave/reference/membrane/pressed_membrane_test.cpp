@@ -49,9 +49,9 @@ TEST(PressedMembrane, TakesTheForceOfAnotherProgramsSolid) {
   EXPECT_EQ(compared, 4);
 }
 
-// Reference: Kirchhoff's plate (green.h), to which a solid tends with its thickness and depth. What
-// shear takes from its force is about 9 (t / a)^2 at the centre, 16 at half the radius; the mesh
-// adds 0.2 % to that of the thinnest. Measured: -0.3 to 0.18 %.
+// Reference: Kirchhoff's plate (green.h), which a solid approaches for small thickness and depth.
+// Shear reduces the force by about 9 (t / a)^2 at the centre and 16 (t / a)^2 at half the radius;
+// the mesh adds 0.2 % for the thinnest sheet. Measured: -0.3 to 0.18 %.
 TEST(PressedMembrane, IsAKirchhoffPlateWhereThinAndHardlyPressed) {
   for (const double thickness : {0.001, 0.0005, 0.00025}) {
     for (const double p : {0.0, 0.5}) {
@@ -70,11 +70,10 @@ TEST(PressedMembrane, IsAKirchhoffPlateWhereThinAndHardlyPressed) {
 // Reference: a thin clamped plate under a rigid face that touches with its rim. At the centre a
 // ring of radius b, on the ring w = F a^2 / (8 pi D) (2 b^2 ln b + (1 - b^4) / 2) (Timoshenko and
 // Woinowsky-Krieger, art. 17); beside it forces on 194 points of the rim by Michell's function,
-// found by a program of its own. Measured: -0.7 to
-// 0.1 %, of which shear takes up to 16 (t / a)^2.
+// computed by a separate program. Measured: -0.7 to 0.1 %, including up to 16 (t / a)^2 from shear.
 TEST(PressedMembrane, ARigidFaceTouchesWithItsRim) {
   struct Case {
-    double place, tool, force;  // by the radius; F a^2 / (D w)
+    double place, tool, force;  // relative to the radius; F a^2 / (D w)
   };
   for (const Case& c : {Case{0, 0.1, 55.371},
                         {0, 0.3, 90.006},
@@ -109,9 +108,9 @@ TEST(PressedMembrane, MeshIsFineEnoughUnderARigidFace) {
 }
 
 // Reference: von Karman's plate under tension (round_press.h), which for depths of a tenth of the
-// thickness is a linear plate with N0. Tensions of 0.1 to 3 % of E t; the moduli of rubber that is
-// stretched so far are others by as much. And the ideal membrane, without stiffness, which a thin
-// sheet is nearly: F = 2 pi N0 w / (ln(a / r0) + 1 / 2) below the centre of an even load.
+// thickness is a linear plate with N0. Tensions of 0.1 to 3 % of E t, which also change the moduli
+// of the stretched rubber by this amount. Also the ideal membrane without bending stiffness, for a
+// thin sheet: F = 2 pi N0 w / (ln(a / r0) + 1 / 2) at the centre of a uniform load.
 TEST(PressedMembrane, TensionAtRestHoldsTheTool) {
   const double stiffness = kRubber.young_modulus * kSheet.thickness, depth = 1e-4;
   for (const double share : {0.001, 0.01, 0.03}) {
@@ -172,8 +171,9 @@ TEST(PressedMembrane, MeshIsFineEnough) {
   }
 }
 
-// Reference: a press solved where the other one, in depth steps of half a millimetre, is asked
-// between them. Linear in the depth, the field is late by h^2 / 8 of its second derivative: 4 um.
+// Reference: a press solved at depths between the steps of half a millimetre of the tested one. The
+// field is interpolated linearly in the depth, with an error of h^2 / 8 of its second derivative: 4
+// um.
 TEST(PressedMembrane, BetweenDepthStepsIsInterpolated) {
   const MembraneResolution coarse{5, 1};
   std::vector<double> depth_steps, between;
@@ -189,8 +189,8 @@ TEST(PressedMembrane, BetweenDepthStepsIsInterpolated) {
   }
 }
 
-// Poisson's ratio to its ends, thin and thick sheets, wide tools and places near the rim: an
-// equilibrium whose force grows with depth.
+// Extreme Poisson's ratios, thin and thick sheets, wide tools and places near the rim: an
+// equilibrium must be found, with a force that grows with depth.
 TEST(PressedMembrane, SolvesTheExtremes) {
   struct Case {
     double thickness, nu, width, p;

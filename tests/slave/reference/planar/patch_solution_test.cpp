@@ -103,8 +103,9 @@ TEST(PatchSolution, ConvergesAtSecondOrderInTheNumberOfUnknowns) {
   EXPECT_GT(order, 1.4);
 }
 
-// Reference: reciprocity (Betti) and positive energy f . d / 2. Nothing symmetrises K: its two
-// off-diagonal terms come from two solutions. Tolerance: rounding over a mesh graded 1 : 1e4.
+// Reference: reciprocity (Betti) and positive energy f . d / 2. K is not made symmetric by the
+// code: its two off-diagonal terms come from two solutions. Tolerance: rounding over a mesh graded
+// 1 : 1e4.
 TEST(PatchSolution, StiffnessIsSymmetricAndPositiveDefinite) {
   const TrueBody body(BlockScene());
   for (const auto& [nu, plane] : {std::pair(0.3, Plane::kStress), std::pair(0.5, Plane::kStrain)}) {

@@ -9,7 +9,8 @@
 
 namespace palpate::simulation {
 
-// Paper A's silicone block, pressed from above in the middle by its indenter; home 3 mm above.
+// Paper A's silicone block, pressed by its indenter at the centre of the top; the home is 3 mm
+// above.
 inline Scene BlockScene() {
   Scene scene;
   scene.name = "block";

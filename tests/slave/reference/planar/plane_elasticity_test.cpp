@@ -8,8 +8,8 @@ namespace {
 using Point = Eigen::Vector2d;
 
 // Reference: the patch test. A constant strain, prescribed on the boundary, is a solution, and
-// quadratic triangles hold it exactly; trace-free, so that nu = 0.5 allows it. The tolerance leaves
-// room for the rounding of a mesh graded over 1:200.
+// quadratic triangles represent it exactly. It is trace-free, so that nu = 0.5 is possible.
+// Tolerance: rounding on a mesh graded over 1:200.
 TEST(PlaneElasticity, ConstantStrainIsExact) {
   const QuadraticMesh mesh(MakeGradedMesh({{0, 0}, {1, 0}, {1, 1}, {0, 1}},
                                           {{0, 1, 1}, {1, 2, 2}, {2, 3, 4}, {3, 0, 8}},

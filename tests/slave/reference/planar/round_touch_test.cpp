@@ -52,7 +52,7 @@ TEST_F(RoundTouchTest, TheContactIsAsWideAsHertzHasIt) {
 }
 
 // References: the flat bonded solution on its own graded mesh, whose stiffness is within 1e-3, and
-// statics. Tolerance: 1 % of the stiffness, from the coarser mesh and nodes that let go.
+// statics. Tolerance: 1 % of the stiffness, for the coarser mesh and the released nodes.
 TEST_F(RoundTouchTest, AStraightFacePressesLikeTheBondedTool) {
   const simulation::TrueBody body(scene_);
   const auto place = body.Nearest({0.044, 0.09});
@@ -64,8 +64,8 @@ TEST_F(RoundTouchTest, AStraightFacePressesLikeTheBondedTool) {
   EXPECT_NEAR(-Touched(*face.round, {0, -kDepth}, 0).total().y(), wanted, 0.01 * wanted);
 }
 
-// A tool turned counter-clockwise has its left corner in front: it touches before the middle does,
-// and there only. Mirrored, the force is mirrored.
+// A tool rotated counter-clockwise has its left corner in front, which touches first and alone. The
+// mirrored tool gives the mirrored force.
 TEST_F(RoundTouchTest, ATiltedFaceTouchesWithItsLeadingCornerFirst) {
   const simulation::TrueBody body(scene_);
   const auto place = body.Nearest({0.044, 0.09});

@@ -76,7 +76,8 @@ TEST(NeoHookeanBody, StiffnessIsTheDerivativeOfTheForces) {
             1e-7 * expected.norm());
 }
 
-// A quarter of the foam cube under an even dead load on the middle of its top, by E and its side.
+// A quarter of the foam cube under a uniform dead load at the centre of its top, normalised by E
+// and the side.
 class PressedCube {
  public:
   explicit PressedCube(int half)
@@ -118,7 +119,8 @@ class PressedCube {
   [[nodiscard]] Vector3d At(int line) const {
     return u_.segment<3>(3 * grid_.number(line, line, grid_.lines[2] - 1));
   }
-  // On the square of a sixth of the side each way from the middle.
+  // Applies the load to the square that extends a sixth of the side in each direction from the
+  // centre.
   void AddLoad(int half) {
     const ElementShape face = ElementShape::Cube(2, 2);
     const Eigen::VectorXd shares = face.values * face.weights;
@@ -139,7 +141,7 @@ class PressedCube {
   VectorXd free_, load_, u_;
 };
 
-// Brings the cube to a part of the load that a case of CalculiX bears, and compares.
+// Loads the cube with a part of the load of a CalculiX case and compares.
 void ExpectCalculix(PressedCube* cube, const reference::json& file, const std::string& fraction,
                     double tolerance) {
   const double side = 0.06;
@@ -150,14 +152,15 @@ void ExpectCalculix(PressedCube* cube, const reference::json& file, const std::s
   EXPECT_NEAR(side * cube->Corner().z() / corner, 1, tolerance) << fraction;
 }
 
-// Reference: CalculiX 2.20, hexahedra with 20 nodes, edges of a twelfth of the side. The whole load
-// it bore with edges of a sixth only, by which it is 1 to 2 % stiffer at lesser loads.
+// Reference: CalculiX 2.20, hexahedra with 20 nodes, edges of a twelfth of the side. CalculiX
+// converged at the full load only with edges of a sixth, which is 1 to 2 % stiffer at smaller
+// loads.
 TEST(NeoHookeanBody, CubeUnderADeadLoadGivesWayAsInCalculix) {
   PALPATE_REFERENCE_OR_SKIP(file, "h_calculix.json");
   PressedCube cube(6), coarse(3);
   ExpectCalculix(&cube, file, "0.25", 0.005);
   ExpectCalculix(&coarse, file, "0.25", 0.02);
-  ASSERT_TRUE(coarse.Carry(0.5 / (3800 * 0.06 * 0.06)));  // on the way
+  ASSERT_TRUE(coarse.Carry(0.5 / (3800 * 0.06 * 0.06)));  // an intermediate load
   ExpectCalculix(&coarse, file, "1", 0.02);
 }
 

@@ -34,7 +34,8 @@ TEST(PressedBlock, IsAsStiffAsFinerBricks) {
   EXPECT_NEAR(0.6 * Solve(aside, {0.03, 0.1}).stiffness(1, 1) / 0.14826, 1, 0.02);
 }
 
-// A block that is turned by a right angle, with its support: the same body. Tolerance: rounding.
+// A block that is rotated by 90 degrees together with its supports is the same body. Tolerance:
+// rounding.
 TEST(PressedBlock, EverySideIsPressedAlike) {
   const std::string tool = "width: 10 mm, depth: 20 mm, behind: 5 mm";
   const PatchSolution top = Solve(SceneOf(50, 0.4, tool), {0.04, 0.1});
@@ -43,7 +44,7 @@ TEST(PressedBlock, EverySideIsPressedAlike) {
   EXPECT_NEAR(right.stiffness(1, 1) / top.stiffness(0, 0), 1, 1e-6);
 }
 
-// By definition of the front face: it moves least far from the tool, and not where it is held.
+// The front face moves least far from the tool, and not at all at the supports.
 TEST(PressedBlock, TheFrontMovesLessThanTheTool) {
   const PatchSolution solution =
       Solve(SceneOf(60, 0.45, "width: 10 mm, depth: 10 mm"), {0.05, 0.1});

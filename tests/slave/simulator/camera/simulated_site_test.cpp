@@ -16,7 +16,7 @@ using simulation::BlockScene;
 constexpr double kTop = 0.088;  // the block's surface [m]
 constexpr double kMiddle = 0.044;
 
-// Carries the tool along a straight way in steps of a thousandth.
+// Moves the tool along a straight path in a thousand steps.
 void Carry(SimulatedSite& site, const Eigen::Vector3d& from, const Eigen::Vector3d& to) {
   for (int k = 0; k <= 1000; ++k) site.MoveTool(from + k / 1000.0 * (to - from));
 }
@@ -35,8 +35,8 @@ TEST(SimulatedSite, AFiveMillimetrePressGivesTheContinuumForce) {
   EXPECT_EQ(truth.force.z(), 0);
 }
 
-// Reference: what counts is where the tool is on the body. A tool that rests on one that comes
-// nearer presses as one that goes down, to the last bit; the images show both elsewhere.
+// Reference: only the position of the tool relative to the body matters. A resting tool on a rising
+// body gives exactly the same force as a tool that goes down; only the images differ by a shift.
 TEST(SimulatedSite, ABodyThatMovesTakesItsContactAlong) {
   Scene scene = BlockScene();
   const Eigen::Vector3d above(kMiddle, 0.091, 0), deep(kMiddle, kTop - 3e-3, 0);
@@ -56,8 +56,8 @@ TEST(SimulatedSite, ABodyThatMovesTakesItsContactAlong) {
   EXPECT_GT(cv::norm(moving.TakeImage(), resting.TakeImage(), cv::NORM_L1), 1e5);
 }
 
-// Reference: a circle is the same whichever way its shaft points. On the same way of its centre a
-// round end presses alike, to rounding, and the tip is elsewhere.
+// Reference: a circle does not depend on the direction of its shaft. On the same path of its centre
+// a round end gives the same force to rounding; only the tip's position differs.
 TEST(SimulatedSite, ARoundEndPressesAlikeWhicheverWayItPoints) {
   constexpr double kRadius = 0.005;
   const auto press = [&](double lean) {
@@ -83,7 +83,8 @@ TEST(SimulatedSite, ARoundEndPressesAlikeWhicheverWayItPoints) {
   }
 }
 
-// Reference: frame invariance. Body, tool and motion turned together give the turned force.
+// Reference: frame invariance. If body, tool and motion are rotated together, the force is rotated
+// as well.
 TEST(SimulatedSite, ATurnedSceneGivesTheTurnedForce) {
   SimulatedSite straight(BlockScene());
   const Eigen::Vector3d from(0.03, 0.09, 0), to(0.031, 0.086, 0);

@@ -1,5 +1,5 @@
-// The simulated fingertip against recordings of real ones. The real figures are computed here from
-// the files; the factors allowed are what one finger differs from another in.
+// Compares the simulated fingertip with recordings of real ones. The real values are computed here
+// from the files; the allowed factors are the differences between fingers.
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -142,7 +142,7 @@ std::vector<double> ForceAt(const std::filesystem::path& file, const std::vector
   return magnitude;
 }
 
-// What a press in foam does, per newton.
+// Effects of a press in foam per newton.
 struct FoamPress {
   double pdc = 0, electrodes = 0, highest = 0, creep = 0, left = 0, pac_at_touch = 0;
   int rising = 0;
@@ -182,7 +182,8 @@ TEST_F(FoamRecording, APressInFoamReadsLikeTheRealOne) {
   const std::vector<double> force = ForceAt(wrench, recording_.t);
   SimulatedFingertip fingertip(9);
   Samples simulated;
-  // Where on the fingertip it was is not known; the side whose opposite rises most is likely.
+  // The contact's position on the fingertip is unknown; the most likely one is opposite to the side
+  // that rises most.
   const Vector3d n = Vector3d(0.1, -0.6, -0.8).normalized();
   for (std::size_t i = 0; i < recording_.t.size(); ++i) {
     const FingertipLoad load{simulation::kSkinRadius * n, -force[i] * n, 9e-3};
@@ -238,7 +239,7 @@ TEST(PlateRecording, AHardPressReadsLikeTheRealOne) {
   }
   ExpectWithin(-low, -real_low, 1.6, "deepest fall");
   ExpectWithin(high, real_high, 1.4, "highest rise");
-  EXPECT_LT(newtons, 8);  // a hand's press
+  EXPECT_LT(newtons, 8);  // limit for a press by hand
 }
 
 }  // namespace

@@ -34,7 +34,7 @@ SiteMesh CubeMesh(const Vector3d& size, const Vector3d& focus, const SiteResolut
   return MeshGradedBox(axes);
 }
 
-// A 60 mm cube and a fingertip whose lowest place is its half sphere, above the middle of the top.
+// A 60 mm cube and a fingertip above the centre of the top, with its half sphere lowest.
 struct CubePress {
   explicit CubePress(const SiteResolution& resolution, double young_modulus = kYoung)
       : mesh(CubeMesh(Vector3d::Constant(0.06), {0.03, 0.03, 0.06}, resolution)),
@@ -51,8 +51,8 @@ struct CubePress {
 };
 
 // Reference: Hertz 1882, F = 4/3 E / (1 - nu^2) sqrt(R d^3), a = sqrt(R d), a sphere on a half
-// space without friction. What sticks is some per cent stiffer (a flat punch by 6 % at nu = 0.15,
-// Spence 1968): 1.15, 1.08, 1.08 and 1.06 times Hertz here, where a mesh of 9375 nodes gives 1.06,
+// space without friction. A sticking contact is a few percent stiffer (a flat punch by 6 % at nu =
+// 0.15, Spence 1968): 1.15, 1.08, 1.08 and 1.06 times Hertz here; a mesh of 9375 nodes gives 1.06,
 // 1.08, 1.08 and 1.10.
 TEST(PressedBody, PressesAreHertzianWithinTheMeshsError) {
   CubePress press({});

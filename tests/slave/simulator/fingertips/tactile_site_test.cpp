@@ -18,8 +18,8 @@ void PressBy(TactileSite* site, double depth, const Vector3d& beside = {0, 0, 0}
   site->MoveTool(site->home() + (site->gap() + depth) * site->approach() + beside);
 }
 
-// Reference: a press by two fingers that mirror each other in a plane of the body's symmetry, and
-// so do the hexahedra. Tolerance: Newton's method stops at residuals of 1e-5.
+// Reference: symmetry. Two fingers press as mirror images in a symmetry plane of the body and its
+// hexahedra. Tolerance: Newton's method stops at residuals of 1e-5.
 TEST(TactileSite, PinchingFingersFeelOppositeForces) {
   TactileSite site(PinchScene(), kCoarse);
   EXPECT_TRUE(site.approach().isApprox(Vector3d(0, -1, 0)));
@@ -32,8 +32,8 @@ TEST(TactileSite, PinchingFingersFeelOppositeForces) {
   EXPECT_NEAR(truth[1].X_SF.translation().y(), -0.012 + 6.5e-3, 1e-9);
 }
 
-// Reference: Mindlin 1949, tangential over normal stiffness 2 (1 - nu) / (2 - nu), and no more than
-// a friction of 1.
+// Reference: Mindlin 1949, ratio of tangential to normal stiffness 2 (1 - nu) / (2 - nu), and a
+// friction of 1 at most.
 TEST(TactileSite, SidewaysMotionIsHeldUntilItSlips) {
   TactileSite site(CubeScene(), kCoarse);
   PressBy(&site, 1.95e-3);
@@ -52,8 +52,8 @@ TEST(TactileSite, SidewaysMotionIsHeldUntilItSlips) {
   EXPECT_NEAR(site.truth().fingers[0].force.x(), across, 1e-9);
 }
 
-// Reference: the same contact once it is solved; the cube's top is even, so the solved contact
-// beside it is alike.
+// Reference: the same contact after it is solved; the cube's top is flat, so the solved contact
+// beside it is equivalent.
 TEST(TactileSite, WithoutWaitingAnUnsolvedContactIsTheNearestSolvedOne) {
   const Vector3d beside{0, 9e-3, 0};
   TactileSite site(CubeScene(), kCoarse);

@@ -10,8 +10,8 @@
 
 namespace palpate::simulation {
 
-// A fingertip whose pad looks along `pad_S`, its axis as far as possible along `axis_S`, with the
-// centre of its tip at `centre_S`.
+// Returns a fingertip whose pad faces along `pad_S`, with its axis as close as possible to `axis_S`
+// and the centre of its tip at `centre_S`.
 inline Finger FingerAt(const std::string& name, const Eigen::Vector3d& centre_S,
                        const Eigen::Vector3d& pad_S, const Eigen::Vector3d& axis_S) {
   Finger finger;
@@ -38,7 +38,7 @@ inline Scene FoamScene(const Eigen::Vector3d& size, const Fixed& fixed) {
   return scene;
 }
 
-// The cube lies on the table; a fingertip 5 mm above its middle, tip down by 40 degrees.
+// The cube lies on the table; a fingertip is 5 mm above its centre, with the tip 40 degrees down.
 inline Scene CubeScene() {
   Scene scene = FoamScene({0.06, 0.06, 0.06}, {FixedPlane{2, 0}});
   scene.sense.Find<Tactile>()->fingers = {
@@ -46,7 +46,7 @@ inline Scene CubeScene() {
   return scene;
 }
 
-// The cube is held at x = 0 and pinched by two fingers whose pads look at each other, 5 mm off.
+// The cube is fixed at x = 0 and pinched by two fingers whose pads face each other, 5 mm from it.
 inline Scene PinchScene() {
   Scene scene = FoamScene({0.06, 0.06, 0.06}, {FixedPlane{0, 0}});
   auto& fingers = scene.sense.Find<Tactile>()->fingers;

@@ -20,7 +20,7 @@ using Eigen::Isometry3d;
 using Eigen::Vector2d;
 using Eigen::Vector3d;
 
-// What these tests claim holds on any mesh.
+// The properties tested here do not depend on the mesh.
 constexpr simulation::MembraneResolution kCoarse{4, 1};
 
 // Paper C's membrane before its pair.
@@ -33,12 +33,12 @@ Scene MembraneScene() {
   return scene;
 }
 
-// Where a tool's tip is over the place p_O, `depth` below the rest plane.
+// Returns the position of a tool's tip at p_O, `depth` below the rest plane.
 Vector3d Tip(const Scene& scene, const Vector2d& p_O, double depth) {
   return scene.object.X_SO * Vector3d(p_O.x(), p_O.y(), -depth);
 }
 
-// The rig of the stated scenes written down by hand, not by SimulatedRig().
+// A camera of the scenes' rig, written by hand and not by SimulatedRig().
 struct Eye {
   Isometry3d X_CO;
   Vector2d ImageOf(const Vector3d& p_O) const {
@@ -47,8 +47,8 @@ struct Eye {
   }
 };
 
-// The dot near `at` [px]: dark on light, of an image without flaws. Its edge is 6.4 px
-// from its middle, the rim of the membrane 9.3 px at least.
+// Returns the dot near `at` [px] in an image without disturbances: dark on light. Its edge is 6.4
+// px from its centre, the rim of the membrane at least 9.3 px.
 struct SeenDot {
   Vector2d centre;
   double area = 0;  // [px^2]
@@ -70,8 +70,8 @@ SeenDot DotNear(const cv::Mat& image, const Vector2d& at) {
   return {moment / sum, sum / (ground - simulation::DottedMembrane::kDot)};
 }
 
-// Mean image place of the disc at centre_O, by area in the image: rings cut into cells. It lies
-// where the true centre is and across the surface's normal there.
+// Returns the centroid of the disc at centre_O in the image, weighted by image area over cells of
+// rings. The disc is centred at the true point and perpendicular to the surface's normal there.
 SeenDot DiscSeen(const StereoSite& site, const Eye& eye, const Vector2d& centre_O) {
   constexpr int kRings = 24, kTurns = 48;
   constexpr double kRadius = 0.002, kThickness = 0.001, kStep = 3e-5;
@@ -94,7 +94,7 @@ SeenDot DiscSeen(const StereoSite& site, const Eye& eye, const Vector2d& centre_
       const double a0 = 2 * std::numbers::pi * k / kTurns;
       const double a1 = 2 * std::numbers::pi * (k + 1) / kTurns;
       const Vector2d p = see(r1, a1) - see(r0, a0), q = see(r0, a1) - see(r1, a0);
-      const double area = 0.5 * std::abs(p.x() * q.y() - p.y() * q.x());  // by the diagonals
+      const double area = 0.5 * std::abs(p.x() * q.y() - p.y() * q.x());  // area from the diagonals
       sum += area;
       moment += area * see(0.5 * (r0 + r1), 0.5 * (a0 + a1));
     }
@@ -146,8 +146,8 @@ INSTANTIATE_TEST_SUITE_P(Presses, MembraneImageTest,
                                          Press{"eccentric", {0.0117 * 0.6, 0.0117 * 0.8}, 2e-3}),
                          [](const auto& press) { return press.param.name; });
 
-// Reference: the press on the finest mesh in use, with twice as many depth steps. Tolerances: what
-// the header states; measured are 0.12 % and 8 um at worst, most of it the mesh's.
+// Reference: the press on the finest mesh in use, with twice as many depth steps. Tolerances: those
+// in the header; measured are 0.12 % and 8 um at most, mainly from the mesh.
 TEST(StereoSite, PressesAwayFromHomeAreAsGoodAsStated) {
   const double radius = 0.018;  // six rasters: nothing is blended
   const Scene scene = MembraneScene();

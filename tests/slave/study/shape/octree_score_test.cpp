@@ -29,8 +29,8 @@ Cell CellOf(const Vector3d& p, double edge) {
           std::lround(std::floor(p.z() / edge))};
 }
 
-// Tolerance: of 20,000 points in eight lattices few lie so close to a border that single precision
-// decides.
+// Tolerance: only few of 20,000 points in eight lattices are so close to a cell border that single
+// precision matters.
 TEST(OctreeScoreTest, IsTheShareInsideTheOccupiedCells) {
   constexpr double kLeaf = 0.01;
   const auto measured = RandomPoints(300, 0.3, 1), asked = RandomPoints(20000, 0.4, 2);

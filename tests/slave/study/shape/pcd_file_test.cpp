@@ -66,7 +66,8 @@ TEST_F(PcdFileTest, AllThreeFormsReadAsThePointCloudLibraryWroteThem) {
   writer.writeBinary(file.string(), cloud);
   ExpectSample(ReadPcd(file), 0);
   writer.writeBinaryCompressed(file.string(), cloud);
-  EXPECT_LT(fs::file_size(file), 8 * cloud.size());  // it did compress: repeats are tested
+  // The file is compressed, so repeated data is tested.
+  EXPECT_LT(fs::file_size(file), 8 * cloud.size());
   ExpectSample(ReadPcd(file), 0);
   writer.writeASCII(file.string(), cloud, 8);
   ExpectSample(ReadPcd(file), 1e-7);  // eight digits

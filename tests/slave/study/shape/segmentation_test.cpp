@@ -1,4 +1,4 @@
-// References: labels by hand of recorded clouds; scenes of simple shapes whose parts are known.
+// References: hand-made labels of recorded clouds; scenes of simple shapes with known parts.
 #include "slave/study/clouds/segmentation.h"
 
 #include <array>
@@ -25,11 +25,11 @@ using Eigen::Vector3d;
 using Colour = std::array<std::uint8_t, 3>;
 namespace fs = std::filesystem;
 
-// How well a segmentation agrees with a cloud whose points are labelled.
+// Agreement of a segmentation with a labelled cloud.
 struct LabelScore {
   std::uint32_t label = 0;
   std::size_t points = 0;
-  int region = -1;  // that shares most with it; -1: none does
+  int region = -1;  // region with the largest overlap; -1: none
   double iou = 0;   // intersection over union with that region [-]
 };
 
@@ -76,7 +76,7 @@ TEST(SegmentationTest, LabelledObjectsOfRecordedCloudsAreFound) {
   EXPECT_GT(labelled, 0);
 }
 
-// What a camera sees of bodies on a table, each point labelled with its body, from 1.
+// Simulates a camera's view of bodies on a table; each point is labelled with its body, from 1.
 class TableScene {
  public:
   // Looks down at the origin from 0.9 m away; `tilt` [rad] above the table.
@@ -88,7 +88,7 @@ class TableScene {
     camera_.noise = 0.0015;
   }
   void Add(const SurfaceMesh& body, Colour colour) { bodies_.push_back({body, colour}); }
-  // Each body is imaged with the others in the way.
+  // Bodies hide each other in the image.
   [[nodiscard]] PointCloud::Ptr Cloud() const {
     auto cloud = std::make_shared<PointCloud>();
     const Eigen::Isometry3d X_DS = camera_.X_SD.inverse();
@@ -146,8 +146,7 @@ double Iou(const PointCloud::Ptr& cloud, std::uint32_t label,
 
 constexpr std::uint32_t kBody = 2, kOther = 3;  // labels, in the order of Add
 
-// Tolerance: what lies within the table's tolerance of 6 mm goes with it, of a cube of 60 mm about
-// a tenth.
+// Tolerance: points within 6 mm of the table are assigned to it, about a tenth of a cube of 60 mm.
 TEST(SegmentationTest, FoamCubeIsOneRegionAlthoughItsFacesMeetAtRightAngles) {
   TableScene scene;
   scene.Add(BoxSurface({-0.5, -0.4, -0.02}, {1, 0.8, 0.02}), kWood);
@@ -163,12 +162,12 @@ TEST(SegmentationTest, FingerOnFoamDoesNotJoinIt) {
   const auto cloud = scene.Cloud();
   EXPECT_GT(Iou(cloud, kBody), 0.8);
   EXPECT_GT(Iou(cloud, kOther),
-            0.6);  // its foot lies in the groove, which takes about a quarter of it
+            0.6);  // about a quarter of it lies in the groove and is assigned to that
 }
 
-// Cameras give strays at the edges of what they see. A cube alone, without a table: none of its
-// faces may pass for one because of points far out that happen to lie in its plane, or because the
-// tolerance grew with the depth of those.
+// Cameras give stray points at edges. A cube without a table: none of its faces may be taken for a
+// table because of stray points far away that lie in its plane, or because the tolerance grew with
+// their depth.
 TEST(SegmentationTest, StraysAreNoReasonToTakeAFaceForASupport) {
   TableScene scene;
   scene.Add(BoxSurface({-0.03, -0.03, 0}, {0.06, 0.06, 0.06}), kFoam);
@@ -227,7 +226,7 @@ TEST(ObjectChoiceTest, PointAndPlaceEachChooseTheirRegion) {
   hint.box = {Vector3d(0.02, -0.05, -0.02), Vector3d(0.12, 0.05, 0.08)};
   EXPECT_GT(share_of(hint, kOther), 0.95);
   EXPECT_TRUE(ChooseObject(*cloud, segmentation, hint).sure);
-  hint.box = {Vector3d(-0.4, -0.05, 0.2), Vector3d(-0.3, 0.05, 0.3)};  // nothing there
+  hint.box = {Vector3d(-0.4, -0.05, 0.2), Vector3d(-0.3, 0.05, 0.3)};  // an empty region
   EXPECT_FALSE(ChooseObject(*cloud, segmentation, hint).sure);
   EXPECT_GT(share_of(hint, kBody), 0.95);
   EXPECT_TRUE(ChooseObject({}, {}, hint).regions.empty());

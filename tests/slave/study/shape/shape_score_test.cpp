@@ -8,8 +8,8 @@
 namespace palpate::study {
 namespace {
 
-// An estimate moved towards the camera by 12 mm is off by that in every distance, and every
-// simulated point lies in another leaf than the measured ones: their layers are 10 mm thick.
+// An estimate that is moved towards the camera by 12 mm has this error in every distance, and every
+// simulated point lies in another leaf than the measured ones, since leaves are 10 mm thick.
 TEST(ShapeScoreTest, ShapeThatIsRightScoresOneAndOneThatIsOffScoresNothing) {
   DepthCamera camera;
   camera.noise = 0;

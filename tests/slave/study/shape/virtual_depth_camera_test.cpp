@@ -64,7 +64,7 @@ TEST(VirtualDepthCameraTest, CapsuleHidesTheConeBehindItAndIsNotSeenItself) {
   };
   const auto expected = std::ranges::count_if(open, [&](const auto& p) { return !hidden(p); });
   EXPECT_LT(cloud.size(), open.size());
-  // Sampling misses the radius by no more than 1e-7 m: no pixel of 3 mm.
+  // Sampling changes the radius by at most 1e-7 m, which cannot change a pixel of 3 mm.
   EXPECT_EQ(static_cast<std::ptrdiff_t>(cloud.size()), expected);
   for (const auto& p : cloud) EXPECT_NEAR(p.z(), 0.8, 1e-12);
 }

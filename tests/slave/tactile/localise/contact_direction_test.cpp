@@ -22,7 +22,7 @@ class ContactDirectionTest : public ::testing::Test {
   void SetUp() override {
     layout_ = presses::Layout();
     trial_ = presses::Read("trial1", 2440);
-    short_ = presses::Read("short_15258", 2460);  // the only short take that has contact
+    short_ = presses::Read("short_15258", 2460);  // the only short recording with contact
     if (!layout_ || !trial_ || !short_) GTEST_SKIP() << "../shared/data is absent";
   }
   [[nodiscard]] std::unique_ptr<Localiser> Make(const std::string& variant) const {
@@ -52,8 +52,8 @@ TEST_F(ContactDirectionTest, TheDefaultErrsLessThanThePaper) {
   EXPECT_LT(presses::ErrorsOf(*Make("auto"), *short_).median(), 5.5);
 }
 
-// What `sigma` means: 68 % of the places are within it. Tolerance: the law by which it falls with
-// the strength of the contact fits its twelfths to 40 %, all of them together to a tenth.
+// 68 % of the positions must be within `sigma`. Tolerance: the assumed decrease of sigma with the
+// contact's strength fits each twelfth of the data to 40 %, and all data to 10 %.
 TEST_F(ContactDirectionTest, SigmaHoldsTwoThirdsOfThePlaces) {
   for (const char* variant : {"paper", "pressure-weighted"}) {
     const auto errors = presses::ErrorsOf(*Make(variant), *trial_);
@@ -74,9 +74,10 @@ TEST_F(ContactDirectionTest, OneDeadElectrodeAddsNoMoreThanSigmaSays) {
   EXPECT_LT(worst, kFlawedSigma + 0.05);
 }
 
-// The authors' own recording: a soft bar, under which hardly an electrode falls. Reference: the
-// force that their network gives there points within a cone of friction about the normal; 30
-// degrees are a coefficient of 0.58. Rows where pdc is 20 counts above rest are in contact.
+// The authors' own recording: a soft bar, under which hardly any electrode reading falls.
+// Reference: the force from their network lies within the friction cone about the normal; 30
+// degrees correspond to a coefficient of 0.58. Rows where pdc is 20 counts above rest are in
+// contact.
 TEST(SoftContactTest, IsFoundByTheDefaultWhereTheForcePointsAndNotByThePaper) {
   const auto layout = presses::Layout();
   const auto press = presses::ReadSoftPress();

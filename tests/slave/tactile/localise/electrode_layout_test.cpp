@@ -71,8 +71,8 @@ TEST(ElectrodeLayoutTest, ALayoutInMetresIsRefused) {
               HasSubstr("the channels span 0.012 mm, in metres 12 mm: expected millimetres"));
 }
 
-// What SimulatedLayout promises at any size: electrodes apart from each other, under the skin, on
-// the pad's side, mirrored about the plane y = 0, normals outward.
+// Properties of SimulatedLayout at any size: electrodes separate from each other, under the skin,
+// on the pad's side, mirrored about the plane y = 0, normals outward.
 TEST(ElectrodeLayoutTest, SimulatedElectrodesAreSpreadUnderTheSkinAtAnySize) {
   for (const double radius : {1e-9, 7e-3, 1e3}) {
     const ElectrodeLayout layout = SimulatedLayout(radius);

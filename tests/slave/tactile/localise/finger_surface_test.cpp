@@ -8,8 +8,8 @@
 namespace palpate {
 namespace {
 
-// Reference: the implicit equations of sphere and cylinder, and that the projected point lies on
-// the ray the paper takes: from the centre, or from the axis at the same x. Tolerance: rounding.
+// Reference: the implicit equations of sphere and cylinder, and the projected point must lie on the
+// ray used in the paper: from the centre, or from the axis at the same x. Tolerance: rounding.
 TEST(FingerSurfaceTest, ProjectsOnTheSphereInFrontAndOnTheCylinderBehind) {
   std::mt19937 random(1);
   std::uniform_real_distribution<double> coordinate(-1, 1);

@@ -98,8 +98,9 @@ TEST_P(LocaliserTest, FlagsSaturatedElectrodes) {
   EXPECT_EQ(localiser_->Locate(change, raw).status, Status::kFound);
 }
 
-// All electrodes move but one. Where pressure alone would make the dead one active, it must not be:
-// its neighbours rose by what the pressure explains and more.
+// All electrodes change except one. The correction for pressure alone would make the faulty
+// electrode active; it must not be, because its neighbours rose at least as much as the pressure
+// explains.
 TEST_P(LocaliserTest, FlagsAndLeavesOutADeadElectrode) {
   TactileSignals change{};
   change.fill(90);
@@ -131,8 +132,8 @@ INSTANTIATE_TEST_SUITE_P(Variants, LocaliserTest, ::testing::Values("paper", "pr
                            return name;
                          });
 
-// A soft contact: pressure rises, all electrodes rise with it, least under the finger's side at +y.
-// The paper's formula sees nothing, the default sees the side.
+// A soft contact: the pressure rises and all electrodes with it, least at the finger's side at +y.
+// The paper's formula finds no contact, the default method finds the side.
 TEST(MakeLocaliserTest, FindsASoftContactUnderWhichNoElectrodeFalls) {
   const ElectrodeLayout layout = SimulatedLayout(7e-3);
   TactileSignals change{};
@@ -166,12 +167,12 @@ TEST(PaperLocaliserTest, DividesTwiceAndClipsAtFullScale) {
   change[1] = -60;
   const Vector3d c(3, 0.5, -4);
   EXPECT_LT((localiser->Locate(change, raw).p_F - 7e-3 * c.normalized()).norm(), 1e-12);
-  change[0] = -900;  // as far as full scale
+  change[0] = -900;  // a change of full scale
   change[1] = -100;
   const Vector3d clipped(3, 1.0 / 3, -4);
   EXPECT_LT((localiser->Locate(change, raw).p_F - 7e-3 * clipped.normalized()).norm(), 1e-12);
   EXPECT_EQ(localiser->Locate(change, raw).status, Status::kFound);
-  change[1] = -200;  // now no intensity has information
+  change[1] = -200;  // now all intensities are saturated
   EXPECT_EQ(localiser->Locate(change, raw).status, Status::kFlawed);
 }
 

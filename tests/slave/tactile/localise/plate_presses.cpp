@@ -25,7 +25,7 @@ struct Rest {
   double pdc = 0;
 };
 
-// As numpy's: the mean of the middle two.
+// Median as in numpy: for an even count, the mean of the two central values.
 double MedianOf(std::vector<double> values) {
   std::sort(values.begin(), values.end());
   const std::size_t n = values.size();
@@ -96,7 +96,7 @@ std::optional<Presses> ReadSoftPress() {
   const CsvColumns network = ReadColumns(folder / "lstm_expected_rf.csv");
   const auto fx = NumbersOf(network, "y0"), fy = NumbersOf(network, "y1"),
              fz = NumbersOf(network, "y2");
-  // The network's rows begin with the sample that fills its window.
+  // The first row of the network's output belongs to the sample that fills its window.
   const std::size_t first = samples.size() - fx.size();
   Presses presses;
   for (std::size_t k = 0; k < fx.size(); ++k) {

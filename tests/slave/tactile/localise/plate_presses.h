@@ -1,5 +1,5 @@
-// Presses on a plate whose normal is known (../shared/data/biotac_contact_direction), and how the
-// error of a localiser on them is defined.
+// Presses on a plate with a known normal (../shared/data/biotac_contact_direction), and the error
+// of a localiser on them.
 #pragma once
 
 #include <optional>

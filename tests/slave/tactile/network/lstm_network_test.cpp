@@ -51,7 +51,7 @@ TEST(LstmNetworkTest, AnyShapeIsTheReference) {
   }
 }
 
-// A window with a bad sample would give wrong forces without a flag: it starts again.
+// A window with a bad sample would give wrong forces without a flag, so the window is restarted.
 TEST(LstmNetworkTest, SamplesThatAreNotFiniteRestartTheWindow) {
   const RandomNetwork network = MakeRandomNetwork("rnn_19", 20, 0.3f, 13);
   const auto made = MakeForceNetwork(network.info, network.weights);
@@ -91,8 +91,8 @@ TEST(LstmNetworkTest, PushingAllocatesNothing) {
   EXPECT_EQ(AllocationCount(), before);
 }
 
-// Estimates share what they do not change: five fingers in five threads give what one gives, and
-// they may outlive the network.
+// Estimators share constant data: five fingers in five threads give the same result as one, and
+// estimators may outlive the network object.
 TEST(LstmNetworkTest, EstimatesOfOneNetworkAreIndependent) {
   const RandomNetwork network = MakeRandomNetwork("rnn_21", 20, 0.3f, 21);
   auto made = MakeForceNetwork(network.info, network.weights);

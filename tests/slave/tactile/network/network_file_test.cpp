@@ -17,7 +17,7 @@ namespace {
 
 using nlohmann::json;
 
-// Every number comes back as it was, also those with the longest decimals and the smallest.
+// Every number is read back exactly, including those with the longest decimals and the smallest.
 TEST(NetworkFileTest, WhatIsWrittenIsReadExactly) {
   for (const char* architecture : {"rnn_21", "rnn_19", "dnn_21", "dnn_19", "tnn_21", "tnn_19"}) {
     RandomNetwork network = MakeRandomNetwork(architecture, 20, 1, 2);
@@ -125,7 +125,7 @@ INSTANTIATE_TEST_SUITE_P(
              "activation = selu: expected tanh, relu"}),
     [](const auto& flaw) { return std::string(flaw.param.name); });
 
-// What only the training of a sensor without electrodes knows.
+// Values that only a network for a sensor without electrodes has.
 TEST(NetworkFileTest, ChannelsWithoutTheirErrorsOrNoiseAreRefused) {
   json good = JsonOf(MakeRandomNetwork("dnn_19", 5, 0.3f, 1));
   good["unit"] = "kPa";

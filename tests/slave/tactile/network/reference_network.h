@@ -28,7 +28,7 @@ struct RandomNetwork {
 RandomNetwork MakeRandomNetwork(const std::string& architecture, int units, float size,
                                 unsigned seed);
 
-// Its file.
+// Returns the JSON file of the network.
 nlohmann::json JsonOf(const RandomNetwork& network);
 
 // The weights of paper B's authors in DIR/tensors.json: `{name: {shape, data}}`, data row-major.

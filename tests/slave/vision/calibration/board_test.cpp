@@ -38,7 +38,7 @@ TEST(BoardTest, OrdersAreRotationsOfTheBoardOntoItself) {
   }
 }
 
-// Whichever way the camera is rolled: a board seen from behind would be another board.
+// For any roll of the camera; a board seen from behind would be another board.
 TEST(BoardTest, CornersTurnAsTheyDoOnTheBoard) {
   const Lens lens{300, 300, 159.5, 119.5, {}, {320, 240}};
   for (const Board& board :
@@ -60,8 +60,8 @@ TEST(BoardTest, CornersTurnAsTheyDoOnTheBoard) {
   }
 }
 
-// Reference: the pinhole's image of each centre plus the bias of a tilted disc's middle
-// (reference g). Tolerance: the blob finder counts whole pixels.
+// Reference: the pinhole image of each centre plus the bias of a tilted disc's centroid (reference
+// g). Tolerance: the blob finder counts whole pixels.
 TEST(BoardTest, TiltedCirclesAreFoundAtTheirMiddles) {
   const Lens lens{300, 300, 159.5, 119.5, {}, {320, 240}};
   for (const Board& board : {Board{Board::Pattern::kCircles, 7, 5, 0.012},

@@ -1,4 +1,4 @@
-// Boards seen by cameras that are known.
+// Tests calibration with boards seen by known cameras.
 #include "slave/vision/calibration/calibration.h"
 
 #include <algorithm>
@@ -99,7 +99,7 @@ TEST(PairCalibrationTest, LeavesOutPairsWhoseBoardMovedBetweenTheShots) {
   EXPECT_EQ(found.views.size(), 9U);
 }
 
-// None of 12 pairs with the noise of honest corners is left out, whatever its level.
+// None of 12 pairs with normal noise is rejected, whatever the noise level.
 class HonestPairsTest : public testing::TestWithParam<double> {};
 
 TEST_P(HonestPairsTest, StayIn) {
@@ -110,8 +110,8 @@ TEST_P(HonestPairsTest, StayIn) {
 
 INSTANTIATE_TEST_SUITE_P(, HonestPairsTest, testing::Values(0.1, 0.02, 0.3));
 
-// Reference: the same corners in the other order, which a finder may begin with in any image; a
-// camera that is mounted upside down makes it do so in all of them.
+// Reference: the same corners in reverse order, which a finder may return for any image; for a
+// camera that is mounted upside down it does so in all images.
 TEST(PairCalibrationTest, WhicheverCornerComesFirstTheRigIsTheSame) {
   const StereoRig rig = VergedTestRig();
   const auto pairs = ProjectPairs(rig, 8, 0.5, 0.1);
@@ -127,7 +127,7 @@ TEST(PairCalibrationTest, WhicheverCornerComesFirstTheRigIsTheSame) {
   }
 }
 
-// Every right image is of the next pose: fitted together they are off by tens of pixels.
+// Every right image shows the next pose: a common fit has errors of tens of pixels.
 TEST(PairCalibrationTest, PairsThatShareNoPoseAreRefused) {
   auto pairs = ProjectPairs(VergedTestRig(), 6, 0.5, 0.1);
   std::vector<Corners> rights;
@@ -175,7 +175,7 @@ TEST(TrustTest, BoardsWithoutTiltAreRefusedByTheirHalves) {
   EXPECT_THAT(judge(0.02), testing::Contains(HasSubstr("halves")));
 }
 
-// Three copies of each of three views say no more than the three.
+// Three copies of each of three views give no more information than the three views.
 TEST(TrustTest, RepeatedViewsCountOnce) {
   const auto views = LeftOf(ProjectPairs(VergedTestRig(), 3, 0.5, 0.1));
   auto repeated = views;

@@ -12,7 +12,8 @@
 
 namespace palpate {
 
-// What a camera without distortion sees of dark discs on a bright plane: 4 x 4 rays per pixel.
+// Draws dark discs on a bright plane as seen by a camera without distortion, with 4 x 4 rays per
+// pixel.
 inline cv::Mat DrawCircles(const Board& board, double radius, const Lens& lens,
                            const Eigen::Isometry3d& X_CB) {
   constexpr int kFine = 4;

@@ -30,8 +30,8 @@ Eigen::Isometry3d TruePose() {
   return X;
 }
 
-// Tips about 250 mm before the left camera, seen with `sigma` [px] of noise; `thickness` 0: on a
-// plane.
+// Returns tip positions about 250 mm in front of the left camera, seen with noise `sigma` [px].
+// `thickness` 0: on a plane.
 std::vector<TipPlace> Tips(const StereoRig& rig, int count, double sigma, double thickness = 1,
                            unsigned seed = 3) {
   std::mt19937 random(seed);
@@ -70,10 +70,9 @@ TEST(RegistrationTest, WithoutNoiseEveryWayFindsThePose) {
   }
 }
 
-// Reference: chi square. Two sigma hold 86 % of what has two directions of that size (the tilts
-// seen by a pair) and 74 % of what has three; less two standard deviations of 200 draws' count, 5
-// and 6
-// %. Four places leave the pair's depths one degree of freedom and the lens two.
+// Reference: chi square. Two sigma contain 86 % of a quantity with two directions (the tilts seen
+// by a pair) and 74 % with three; minus two standard deviations of the count in 200 draws, 5 and 6
+// %. Four positions give the depths of a pair one degree of freedom, and a single lens two.
 TEST(RegistrationTest, TheSigmaHoldsWithFewPlacesAsWithMany) {
   const StereoRig rig = VergedTestRig(kBarrel);
   constexpr int kDraws = 200;
@@ -87,7 +86,7 @@ TEST(RegistrationTest, TheSigmaHoldsWithFewPlacesAsWithMany) {
                AngleBetween(found.X_SC, TruePose()) < 2 * found.sigma_angle;
       };
       pairs += holds(RegisterPair(rig, tips)) ? 1 : 0;
-      if (count > 5) continue;  // 400 trial poses a time take long
+      if (count > 5) continue;  // 400 trial poses each take long
       lenses += holds(RegisterLens(rig.left, tips)) ? 1 : 0;
       ++lens_draws;
     }
@@ -117,8 +116,8 @@ TEST(RegistrationTest, AMirroredTableOfPlacesInSpaceIsRefused) {
   }
 }
 
-// Positions on a plane do not reveal a mirrored table; the side on which the camera is taken to
-// stand does. The true one looks towards -z of S from 250 mm above the plane.
+// Positions on a plane do not reveal a mirrored table; the assumed side of the camera does. The
+// true camera looks towards -z of S from 250 mm above the plane.
 TEST(RegistrationTest, PlacesOnAPlaneSayOnWhichSideTheCameraRests) {
   const StereoRig rig = VergedTestRig(kBarrel);
   for (const double thickness : {0.0, 0.001}) {
@@ -130,7 +129,7 @@ TEST(RegistrationTest, PlacesOnAPlaneSayOnWhichSideTheCameraRests) {
                   ElementsAre(HasSubstr("where z of S is greater, and looks towards -z")));
     }
     const auto mirrors = MirrorsOf(tips);
-    for (const std::size_t k : {0U, 1U, 3U}) {  // a wrong sign of z turns the taken side, too
+    for (const std::size_t k : {0U, 1U, 3U}) {  // a wrong sign of z also reverses the assumed side
       for (const auto& found :
            {RegisterPair(rig, mirrors[k]), RegisterLens(rig.left, mirrors[k])}) {
         EXPECT_THAT(found.reasons, IsEmpty()) << k;
@@ -216,7 +215,7 @@ TEST(RegistrationTest, TooFewOrSenselessPlacesAreRefused) {
   EXPECT_THROW(RegisterPlane({640, 480}, tips), std::runtime_error);
 }
 
-// Places scattered at random share no pose; what fits three of them is not agreement.
+// Random positions have no common pose; a pose that fits three of them is no agreement.
 TEST(RegistrationTest, PlacesThatShareNoPoseAreRefused) {
   const StereoRig rig = VergedTestRig();
   auto tips = Tips(rig, 12, 0);

@@ -1,4 +1,4 @@
-// Images of known surfaces, as a depth camera with quantised, patchy noise and holes sees them.
+// Depth images of known surfaces with quantisation, noise that is equal within patches, and holes.
 #pragma once
 
 #include <functional>
@@ -25,7 +25,7 @@ inline DepthImages TestDepthCamera() {
 
 struct DepthNoise {
   double sigma = 0;  // of a depth [m]
-  int patch = 1;     // edge of the square of pixels that err alike
+  int patch = 1;     // edge of the square of pixels with a common error
 };
 
 // `depth` [m] of the ray (x, y, 1); not finite: a hole.

@@ -42,9 +42,9 @@ class DepthPointsTest : public ::testing::Test {
   std::mt19937 random_{7};
 };
 
-// Reference: a plane is a plane: every rest point lies on it, every normal is its own. Tolerance:
-// the mean over four images of 256 pixels has a sigma of 2 um, the slope over a cell of 6 mm one
-// of 1e-3; each times five.
+// Reference: the plane: every rest point lies on it, and every normal equals its normal. Tolerance:
+// the mean over four images of 256 pixels has a sigma of 2 um, the slope over a cell of 6 mm one of
+// 1e-3; each times five.
 TEST_F(DepthPointsTest, PointsAtRestLieOnTheirPlaneWithItsNormal) {
   auto params = TestParams();
   params.camera.X_SD = Eigen::Translation3d(0.1, -0.2, 0.3) *
@@ -60,7 +60,7 @@ TEST_F(DepthPointsTest, PointsAtRestLieOnTheirPlaneWithItsNormal) {
     const Eigen::Vector3d p_D = params.camera.X_SD.inverse() * seen.points[i].p_S_rest;
     EXPECT_NEAR(n.dot(p_D), 0.11, 10e-6) << i;
     EXPECT_LT((cameras.normal_S(i) + n_S).norm(), 5e-3) << i;
-    // And in the middle of its cell.
+    // The point must lie at the centre of its cell.
     EXPECT_NEAR(p_D.x() / p_D.z() * params.camera.fx + params.camera.cx, cameras.place(i).x(),
                 1e-9);
     EXPECT_NEAR(p_D.y() / p_D.z() * params.camera.fy + params.camera.cy, cameras.place(i).y(),
@@ -70,8 +70,8 @@ TEST_F(DepthPointsTest, PointsAtRestLieOnTheirPlaneWithItsNormal) {
 }
 
 // Reference: the same plane, with a quarter of every cell's pixels lost on one side at rest and on
-// the other side now: what is seen of the slant differs, where the surface is does not. Tolerance:
-// five sigma of a mean over the 128 pixels in common.
+// the other side now: the visible part of the slanted surface differs, its position does not.
+// Tolerance: five sigma of a mean over the 128 pixels in common.
 TEST_F(DepthPointsTest, HolesOnASlantDoNotMoveThePoint) {
   DepthPoints cameras(TestParams());
   const Eigen::Vector3d n = Eigen::Vector3d(-0.8, 0, 1).normalized();
@@ -90,10 +90,10 @@ TEST_F(DepthPointsTest, HolesOnASlantDoNotMoveThePoint) {
   }
 }
 
-// Reference: the noise that was put in: patches of 8 x 8 pixels err alike by 0.08 mm. The stated
-// one-sigma is that of the scatter in a cell of four such patches, or up to a half more: from four
-// values the spread comes out too large as often as too small, and the larger of it and the stated
-// sigma counts. With independent pixels it is within a tenth.
+// Reference: the noise that was put in: patches of 8 x 8 pixels have a common error of 0.08 mm. The
+// stated sigma is that of the scatter in a cell of four such patches, or up to a half larger: the
+// spread of four values is as often too large as too small, and the larger of it and the stated
+// sigma is used. With independent pixels it is within a tenth.
 TEST_F(DepthPointsTest, TheStatedSigmaIsThatOfTheScatter) {
   const auto scatter = [this](int patch) {
     auto params = TestParams();

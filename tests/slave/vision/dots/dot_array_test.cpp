@@ -22,7 +22,7 @@ const std::vector<Eigen::Vector2d>& Array31() {
   return layout;
 }
 
-// A plane seen in perspective: shift [px], turn, tilt about two axes.
+// A plane seen in perspective: shift [px], rotation, tilt about two axes.
 struct View {
   Eigen::Vector2d shift{320, 240};
   double turn = 0, tilt_x = 0, tilt_y = 0, scale = 3200;  // [px/m]
@@ -48,7 +48,7 @@ std::vector<Eigen::Vector2d> Places(const std::vector<Eigen::Vector2d>& layout, 
   return places;
 }
 
-// How many of the picks are the dot itself, when dots come in the order `order`.
+// Returns the number of correctly identified dots if the dots are given in the order `order`.
 int Right(const std::vector<int>& picks, const std::vector<int>& order) {
   int right = 0;
   for (std::size_t k = 0; k < picks.size(); ++k) {
@@ -78,7 +78,7 @@ Shuffled Shuffle(const std::vector<Dot>& dots, const std::set<int>& without, int
     }
     Dot dot;
     dot.area = 130;
-    do {  // off the array's dots: what lies on one of them cannot be distinguished from it
+    do {  // away from the array's dots, since a spurious dot on one of them cannot be distinguished
       dot.centre = {x(random), y(random)};
     } while (std::any_of(dots.begin(), dots.end(), [&](const Dot& other) {
       return (other.centre - dot.centre).norm() < 12;
@@ -103,8 +103,8 @@ TEST(CircleBias, IsWhatTheReferenceSays) {
   EXPECT_NEAR(bias->y(), 0, 1e-12);
 }
 
-// Reference: the middle of the ellipse that is the disc's image, from its conic (the renderer's,
-// another derivation): the centre is where the conic's gradient vanishes.
+// Reference: the centre of the ellipse that is the disc's image, where the gradient of its conic
+// vanishes. The conic comes from the renderer, which uses another derivation.
 TEST(CircleBias, IsTheCentreOfTheConicForAnyPlaceAndTilt) {
   const Lens lens = SceneLens();
   const Eigen::Vector3d p_C(0.031, -0.022, 0.24);
@@ -121,7 +121,8 @@ TEST(CircleBias, IsTheCentreOfTheConicForAnyPlaceAndTilt) {
 
 const std::vector<double> kAnyArea(31, 0);
 
-// Reference: the order in which the dots were shuffled; expected where they lie straight and level.
+// Reference: the order in which the dots were shuffled. The expected positions are without rotation
+// and tilt.
 TEST(DotArray, IsIdentifiedTurnedShiftedAndTilted) {
   const DotArray array(Array31());
   std::mt19937 random(3);
@@ -137,7 +138,7 @@ TEST(DotArray, IsIdentifiedTurnedShiftedAndTilted) {
   }
 }
 
-// With up to five dots missing anywhere and ten things that are no dots.
+// Up to five dots are missing, and there are ten spurious dots.
 TEST(DotArray, MissingAndSpuriousDotsDoNotMixIdentities) {
   const DotArray array(Array31());
   std::mt19937 random(5);

@@ -55,8 +55,8 @@ DotImage ManyDots() {
   return painting;
 }
 
-// Reference: the ellipses drawn. Tolerance: without noise what is left is that levels are whole
-// numbers, 0.3 of 130 levels per pixel of the edge; the worst measured is 0.004 px.
+// Reference: the ellipses drawn. Tolerance: without noise the remaining error comes from integer
+// grey levels, 0.3 of 130 levels per pixel of the edge; the largest measured error is 0.004 px.
 TEST(DotFinder, CentroidsOfEllipsesWithoutNoiseAreExact) {
   DotImage painting = ManyDots();
   painting.noise = 0;
@@ -106,7 +106,7 @@ TEST(DotFinder, LightThatFallsAcrossTheImageLosesNoDot) {
   }
 }
 
-// An image under light that changes across a dot: `light(x)` times what it was.
+// Returns the image multiplied by `light(x)`, a light that varies across a dot.
 template <typename Light>
 cv::Mat Lit(const DotImage& painting, const Light& light) {
   cv::Mat lit = painting.Render();
@@ -119,8 +119,8 @@ cv::Mat Lit(const DotImage& painting, const Light& light) {
   return lit;
 }
 
-// Reference: the ellipses drawn. Light that falls on dot and ground alike, by one percent a pixel,
-// would pull a disc of 6.4 px by g r^2 / 4 = 0.1 px if the dot's sides were weighed by it.
+// Reference: the ellipses drawn. A light gradient of one percent per pixel on dot and background
+// would shift a disc of 6.4 px by g r^2 / 4 = 0.1 px if the dot's sides were weighted by it.
 TEST(DotFinder, EvenlyFallingLightDoesNotPullADot) {
   for (const double at : {62.13, 146.5, 315.24}) {
     const auto dots = Found(
@@ -164,9 +164,9 @@ OffTheDot BesideAnEdge(DotImage painting, double radius, double gap, double beyo
   return off;
 }
 
-// Reference: the discs drawn. What is left at 1.5 px is the edge's own blur, which reaches under
-// the dot's: the darkness beyond, times the share of it that passes the gap (a twentieth), over the
-// dot's. A lighter edge lightens the rim of the dot in the same way.
+// Reference: the discs drawn. The remaining error at 1.5 px comes from the blurred edge, which
+// overlaps the blurred dot: a twentieth of the darkness beyond the edge crosses the gap, relative
+// to the darkness of the dot. A lighter edge lightens the rim of the dot in the same way.
 TEST(DotFinder, AnEdgeBesideADotDoesNotPullIt) {
   DotImage painting;
   painting.noise = 0;
@@ -183,7 +183,7 @@ TEST(DotFinder, AnEdgeBesideADotDoesNotPullIt) {
   }
 }
 
-// The same with noise: what is left out makes the ground less certain, not wrong.
+// The same with noise: excluded pixels make the background less certain, not wrong.
 TEST(DotFinder, AnEdgeBesideADotDoesNotPullItInNoise) {
   DotImage painting;
   painting.ground = 190;
@@ -193,8 +193,8 @@ TEST(DotFinder, AnEdgeBesideADotDoesNotPullItInNoise) {
   }
 }
 
-// Reference: the discs drawn. Pixels that a window cuts off weigh what the blurred edge has there;
-// one of 2 px about edges blurred by 3 px would be off by 0.1 px.
+// Reference: the discs drawn. The error of a window is the weight of the blurred edge outside it; a
+// window of 2 px around edges blurred by 3 px would cause an error of 0.1 px.
 TEST(DotFinder, BlurDoesNotMoveADot) {
   DotImage painting;
   painting.noise = 0;

@@ -38,7 +38,7 @@ void Cover(const Conic& Q, int width, int height, std::vector<double>* coverage)
   }
 }
 
-// The share of the pixel's thin squares that lie in the half-plane.
+// Returns the fraction of the pixel's subsamples that lie in the half-plane.
 double ShareBeyond(const DotImage::Beyond& edge, int x, int y) {
   const double off = edge.n.dot(Eigen::Vector2d(x, y)) - edge.offset;
   if (std::abs(off) > 1) return off > 0 ? 1 : 0;

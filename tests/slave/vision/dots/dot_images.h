@@ -1,5 +1,5 @@
-// Images of discs whose truth is known: an ellipse covers each pixel by its exact share of thin
-// scan lines; then blur, light and noise.
+// Images of discs with known positions: each pixel is covered by an ellipse with the exact fraction
+// of thin scan lines; then blur, light and noise are applied.
 #pragma once
 
 #include <cstdint>
@@ -40,9 +40,8 @@ struct DotImage {
   [[nodiscard]] cv::Mat Render(std::uint64_t seed = 1) const;
 };
 
-// Discs of `radius` lying flat on the surface at `places` [m], tilted as the normals say, frame O,
-// seen by the left (0) or the right camera
-// of VergedRig(SceneLens()).
+// Discs of `radius` that lie flat on the surface at `places` [m] with the given normals, frame O,
+// seen by the left (0) or the right camera of VergedRig(SceneLens()).
 std::vector<Conic> ArraySeen(int eye, const std::vector<Eigen::Vector3d>& places,
                              const std::vector<Eigen::Vector3d>& normals, double radius);
 

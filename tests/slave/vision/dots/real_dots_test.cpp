@@ -36,7 +36,7 @@ std::vector<Eigen::Vector2d> SixBySix() {
   return layout;
 }
 
-// Where OpenCV sees the grid [px].
+// Returns the grid's positions found by OpenCV [px].
 std::vector<Eigen::Vector2d> GridPlaces(const cv::Mat& image) {
   std::vector<cv::Point2f> centres;
   EXPECT_TRUE(cv::findCirclesGrid(image, {6, 6}, centres));
@@ -62,9 +62,9 @@ double HomographyResidual(const std::vector<SightedDot>& dots) {
   return std::sqrt(squares / static_cast<double>(2 * back.size()));
 }
 
-// Reference: the printed grid has 36 dots and nothing else that is one. The centres' residual to a
-// square grid through a homography holds the uncorrected lens and the paper's bend besides the
-// centroids' own error: 0.14, 0.24 and 0.19 px per axis.
+// Reference: the printed grid has exactly 36 dots. The residual of the centres relative to a square
+// grid through a homography includes the uncorrected lens and the paper's curvature besides the
+// centroids' error: 0.14, 0.24 and 0.19 px per axis.
 TEST(RealDots, EveryGridImageShowsItsThirtySixDotsAndNoOther) {
   const auto files = Images(kDots, "grid36_");
   if (files.empty()) GTEST_SKIP() << "no images in " << kDots;
@@ -110,7 +110,7 @@ std::vector<Eigen::Vector2d> PlacesIn(const cv::Mat& image) {
   return places;
 }
 
-// The middle one is by far the largest, the others lie around it as in the layout.
+// The central dot is by far the largest; the others lie around it as in the layout.
 void ExpectNamed(const DotTracker& tracker, const std::string& where) {
   ASSERT_EQ(tracker.seen(), 5) << where;
   const Dot& middle = tracker.dots()[2].dot;
@@ -125,9 +125,9 @@ void ExpectNamed(const DotTracker& tracker, const std::string& where) {
   }
 }
 
-// Reference: the box's big dot is by far the largest of what is found in an image, and lies
-// between the other four: left and above, right and above, ... of it. Everything else that is found
-// lies off the box. Whichever image comes first, and whichever way the others follow.
+// Reference: the box's large dot is by far the largest one found in an image, and lies between the
+// other four. All other dots found are outside the box. The result must not depend on which image
+// comes first and in which order the others follow.
 TEST(RealDots, FiveDotsAreNamedAlikeFromAnyImageBothWays) {
   const auto files = Images(kDots / "five_dots_seq", "frame_");
   if (files.empty()) GTEST_SKIP() << "no images in " << kDots;

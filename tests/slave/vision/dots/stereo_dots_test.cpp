@@ -18,7 +18,7 @@ namespace {
 constexpr double kRadius = 0.002;  // of a dot [m]
 
 // The membrane is a bump of `depth` [m] under `centre`, towards the cameras. Images and expected
-// points come from this function; the images add perspective alone.
+// points come from this function; the images add only perspective.
 struct Bump {
   Eigen::Vector2d centre{0, 0};
   double depth = 0;
@@ -126,9 +126,9 @@ TEST(StereoDots, SeesEveryDotMoveByWhatItMoved) {
   EXPECT_LT(worst, 0.09e-3);
 }
 
-// Reference: the places drawn. Without correction of the tilt, the depths would be off by the
-// difference of the biases in both cameras. Dots of 4 mm radius on a surface tilted by 40 degrees
-// show it.
+// Reference: the drawn positions. Without correction of the tilt, the depths would have an error
+// from the difference of the biases in both cameras. Dots of 4 mm radius on a surface tilted by 40
+// degrees show it.
 TEST(StereoDots, TiltOfTheDotsDoesNotPullThem) {
   Bump bump;
   bump.X_SO.linear() = Eigen::AngleAxisd(0.7, Eigen::Vector3d::UnitY()).toRotationMatrix();
@@ -152,9 +152,9 @@ TEST(StereoDots, TiltOfTheDotsDoesNotPullThem) {
   EXPECT_LT(corrected, 0.7 * uncorrected);
 }
 
-// Two cameras 60 degrees apart see each dot under different tilts. Reference: the places drawn.
-// Tolerance: 0.01 px of a centroid's rounding; uncorrected, or with the normal of the other
-// camera, the mean is 0.05 px off.
+// Two cameras 60 degrees apart see each dot under different tilts. Reference: the drawn positions.
+// Tolerance: 0.01 px for rounding of a centroid; uncorrected, or with the normal of the other
+// camera, the mean error is 0.05 px.
 TEST(StereoDots, EachCameraSeesADotsTiltInItsOwnFrame) {
   const auto looking = [](double turn) {
     Eigen::Isometry3d X_OC = Eigen::Isometry3d::Identity();

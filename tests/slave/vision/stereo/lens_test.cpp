@@ -10,7 +10,7 @@ namespace {
 constexpr std::array<double, 5> kBarrel{-0.27, -0.04, 0.0018, -0.0003, 0.24};
 constexpr std::array<double, 5> kPincushion{0.3, 0.1, -0.002, 0.001, 0.05};
 
-// The inverse of what Project does, over the whole image; Newton settles to rounding.
+// Tests the inverse of Project over the whole image; Newton's method converges to rounding.
 TEST(LensTest, EveryPixelGoesOutAndComesBack) {
   for (const auto& distortion : {std::array<double, 5>{}, kBarrel, kPincushion}) {
     const Lens lens = TestLens(distortion);

@@ -27,7 +27,7 @@ TEST(LensWarpTest, StraightPlacesAreAPinholes) {
   EXPECT_FALSE(Straight(lens, {NAN, 0}));
 }
 
-// Waves of 40 px, as bright as grey levels go.
+// Waves of 40 px over the whole range of grey levels.
 cv::Mat Waves(const Lens& lens, bool bent) {
   cv::Mat image(lens.size[1], lens.size[0], CV_8U);
   for (int v = 0; v < image.rows; ++v) {
@@ -46,7 +46,7 @@ cv::Mat Waves(const Lens& lens, bool bent) {
 // roundings 1.
 TEST(LensWarpTest, ImagesAreStraightenedAndBent) {
   const Lens lens = TestLens(kBarrel);
-  const cv::Rect inside(8, 8, 624, 464);  // what both images show
+  const cv::Rect inside(8, 8, 624, 464);  // visible in both images
   const auto worst = [&](const cv::Mat& a, const cv::Mat& b) {
     cv::Mat miss;
     cv::absdiff(a(inside), b(inside), miss);
@@ -57,7 +57,7 @@ TEST(LensWarpTest, ImagesAreStraightenedAndBent) {
   EXPECT_LE(worst(LensWarp::Straightening(lens).Apply(Waves(lens, true)), Waves(lens, false)), 2);
   const cv::Mat expected = Waves(lens, true);
   cv::Mat bent = LensWarp::Distorting(lens).Apply(Waves(lens, false));
-  // Where the lens sees beyond the straight image there is nothing to compare.
+  // Pixels outside the corrected image are not compared.
   for (int v = 0; v < bent.rows; ++v) {
     for (int u = 0; u < bent.cols; ++u) {
       const Eigen::Vector2d at = Straight(lens, Eigen::Vector2d(u, v)).value();

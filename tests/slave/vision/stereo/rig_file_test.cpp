@@ -152,7 +152,7 @@ std::string PairFile(const std::string& rotation, const std::string& translation
 const std::string kIdentity = "R: {data: [1, 0, 0, 0, 1, 0, 0, 0, 1]}\n";
 const std::string kMirror = "R: {data: [1, 0, 0, 0, 1, 0, 0, 0, -1]}\n";
 
-// What no lens has would end as numbers that are none.
+// Impossible lens parameters would lead to NaN.
 TEST_F(RigFileTest, SaysWhatIsWrongWithAFile) {
   const std::string lens = LensFile(kMatrix, "0, 0, 0, 0");
   EXPECT_EQ(Refusal(lens), "");

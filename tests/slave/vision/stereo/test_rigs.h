@@ -14,7 +14,7 @@ inline Lens TestLens(const std::array<double, 5>& distortion = {}) {
   return {800, 800, 320, 240, distortion, {640, 480}};
 }
 
-// As scenes have it: its centre is the middle of the image.
+// A lens as in scenes: its principal point is the centre of the image.
 inline Lens SceneLens() {
   return {800, 800, 319.5, 239.5, {}, {640, 480}};
 }

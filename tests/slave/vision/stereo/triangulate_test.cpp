@@ -27,8 +27,8 @@ TEST(TriangulateTest, AgreesWithTheReferenceOfAParallelRig) {
   ASSERT_TRUE(point);
   EXPECT_LT((point->p_L - Vector3(reference.at("expected").at("X"))).norm(), 1e-12);
   EXPECT_LT(std::abs(point->miss_px), 1e-9);
-  // dZ = Z^2 / (f B) per pixel of disparity, whose sigma is sqrt 2 pixels. The images' rows and
-  // the common part of their columns also weigh in, but not on z of this rig along the ray.
+  // dZ = Z^2 / (f B) per pixel of disparity, whose sigma is sqrt 2 pixels. The images' rows and the
+  // common part of their columns also contribute, but not to z along the ray in this rig.
   const double per_pixel = reference.at("expected").at("depth_error_per_pixel_m");
   EXPECT_NEAR(std::sqrt(point->covariance(2, 2)), std::sqrt(2.0) * per_pixel, 1e-6);
 }
@@ -93,7 +93,8 @@ TEST(TriangulateTest, NoNeighbourFitsTheImagesBetter) {
       EXPECT_GT(misses(point->p_L + h * Eigen::Vector3d::Unit(i)), misses(point->p_L));
     }
   }
-  // Rows 4 px apart: the rays pass each other by as much, to a few per cent of perspective.
+  // With rows 4 px apart the rays miss each other by as much, except a few percent from
+  // perspective.
   EXPECT_NEAR(point->miss_px, 4, 0.2);
 }
 

@@ -14,7 +14,7 @@ namespace {
 constexpr double kPi = std::numbers::pi;
 
 // Both cameras look the same way, the second one rolled about its axis: the line in its image is
-// straight, from `infinity` [px] on along `angle`.
+// straight, starting at `infinity` [px] in direction `angle`.
 std::vector<Eigen::Vector2d> WalkInImage(const Lens& to, double roll,
                                          const Eigen::Vector2d& infinity, double angle) {
   const Eigen::Matrix3d R_TF = Eigen::AngleAxisd(roll, Eigen::Vector3d::UnitZ()).matrix();
@@ -31,8 +31,8 @@ std::vector<Eigen::Vector2d> WalkInImage(const Lens& to, double roll,
   return places;
 }
 
-// Reference: the straight line through (480, -10) along (1, 0.5): it comes in at x = 499 and goes
-// out at y = 69.75. A step is at most 1.5 px. It moves away from the image's middle all the way.
+// Reference: the straight line through (480, -10) along (1, 0.5): it enters at x = 499 and leaves
+// at y = 69.75. A step is at most 1.5 px. It moves away from the image's centre everywhere.
 TEST(EpipolarLineTest, ALineThatCutsACornerIsWalkedThroughTheImage) {
   const auto places = WalkInImage(TestLens(), kPi / 4, {400, -50}, std::atan2(0.5, 1));
   ASSERT_FALSE(places.empty());
@@ -41,7 +41,7 @@ TEST(EpipolarLineTest, ALineThatCutsACornerIsWalkedThroughTheImage) {
   for (const Eigen::Vector2d& p : places) EXPECT_NEAR(p.y() + 10, 0.5 * (p.x() - 480), 1e-9);
 }
 
-// Reference: the line sampled every 0.25 px. What cuts off less than two steps may be missed.
+// Reference: the line sampled every 0.25 px. A section shorter than two steps may be missed.
 TEST(EpipolarLineTest, WhateverLineMeetsTheImageIsSeenToDoSo) {
   const Lens lens = TestLens();
   int met = 0;
@@ -65,7 +65,8 @@ TEST(EpipolarLineTest, WhateverLineMeetsTheImageIsSeenToDoSo) {
   EXPECT_GT(met, 400);
 }
 
-// Barrel distortion bows lines outwards: along an edge one goes out of the image and comes back.
+// Barrel distortion bows lines outwards: near an edge a line may leave the image and enter it
+// again.
 TEST(EpipolarLineTest, ABowedLineComesBackOverTheEdge) {
   const auto places = WalkInImage(TestLens({-0.27, 0, 0, 0, 0}), 0, {0, -10}, 0);
   ASSERT_FALSE(places.empty());

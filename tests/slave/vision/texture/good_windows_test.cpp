@@ -7,7 +7,7 @@
 namespace palpate {
 namespace {
 
-// Reference: what is chosen can be cut as a template, and lies apart and inside.
+// Reference: chosen windows can be cut as templates, do not overlap and lie inside the image.
 TEST(ChooseWindowsTest, ChosenWindowsHaveTextureLieApartAndInside) {
   cv::Mat image = WavyTexture().Image({}, 2);
   image(cv::Rect(0, 0, 150, 240)).setTo(90);

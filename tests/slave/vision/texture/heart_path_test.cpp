@@ -26,11 +26,11 @@ struct Heart {
 
 class HeartPathTest : public testing::TestWithParam<Heart> {};
 
-// Reference: the point of the drawn surface that lay under the window's centre in the first
-// image, moved as the body was. Tolerance: 0.5 mm is required; a pixel of disparity is 1.3 mm of
-// depth here. Measured: 0.2 mm, most of it constant (a window sees the mean of a bent surface), so
-// that the way since the first image, which is what the paper compares, is required to a fifth of
-// that.
+// Reference: the point of the drawn surface that lay under the window's centre in the first image,
+// moved as the body was. Tolerance: 0.5 mm is required; a pixel of disparity is 1.3 mm of depth
+// here. Measured: 0.2 mm, mostly constant (a window averages over a curved surface). The
+// displacement since the first image, which the paper compares, must therefore be accurate to a
+// fifth of that.
 TEST_P(HeartPathTest, IsFollowedIn3dToHalfAMillimetreWithoutLoss) {
   const auto [pace, seconds] = GetParam();
   TargetImages images;

@@ -36,11 +36,11 @@ StereoRig RigFor(const cv::Size& size, double baseline) {
   return rig;
 }
 
-// Reference: the sets' true disparities. Which focal length and baseline took them does not matter
-// to what is found, so they are made up: 1000 px, and baselines that put the scenes at 0.2 to 80 m.
-// Outlier: more than 2 px off. Many windows lie across the edges of leaves and cones. Measured are
-// 69 % of the windows (median 0.27 px, no outlier; 5.6 % without the way back from right to left)
-// and 70 % (0.17 px, 3.0 %).
+// Reference: the sets' true disparities. The result does not depend on the focal length and
+// baseline of the recording, so arbitrary ones are used: 1000 px, and baselines that put the scenes
+// at 0.2 to 80 m. Outlier: an error of more than 2 px. Many windows lie across the edges of leaves
+// and cones. Measured are 69 % of the windows (median 0.27 px, no outlier; 5.6 % without the check
+// from right to left) and 70 % (0.17 px, 3.0 %).
 TEST_P(RealDepthTest, WindowsAreFoundAtAnyDistance) {
   const RealPair& pair = GetParam();
   if (!std::filesystem::exists(kFolder)) GTEST_SKIP() << kFolder << " is absent";
@@ -60,7 +60,7 @@ TEST_P(RealDepthTest, WindowsAreFoundAtAnyDistance) {
       const Eigen::Vector2d& p = texture.left_windows()[i].warp.p;
       const int level =
           truth.at<std::uint8_t>(static_cast<int>(p.y() + 0.5), static_cast<int>(p.x() + 0.5));
-      if (level == 0) continue;  // not known
+      if (level == 0) continue;  // unknown
       ++windows;
       if (!seen.points[i].seen) continue;
       ++found;

@@ -13,8 +13,8 @@ namespace {
 
 const std::vector<Eigen::Vector2d> kAt{{100, 100}, {160, 120}, {210, 130}};
 
-// Reference: the known motion. A tracker from image to image would add up its errors: after 200
-// images of 0.03 px each, 0.4 px. This one is as good at the end as at the beginning.
+// Reference: the known motion. A tracker from image to image would accumulate its errors: after 200
+// images with 0.03 px each, 0.4 px. This tracker is as accurate at the end as at the beginning.
 TEST(SsdTrackerTest, PlacesDoNotDriftOverALongWay) {
   WavyTexture texture;
   SsdTracker tracker(texture.Image({}, 2), kAt, {});
@@ -34,7 +34,7 @@ TEST(SsdTrackerTest, PlacesDoNotDriftOverALongWay) {
   EXPECT_LT(second_half / each, 0.05);
 }
 
-// Slow growth far beyond what a shift could follow, with the light changing.
+// A slow zoom far beyond the range of pure shifts, with changing light.
 TEST(SsdTrackerTest, ApproachAndLightAreFollowed) {
   WavyTexture texture;
   const Eigen::Vector2d centre(160, 120);

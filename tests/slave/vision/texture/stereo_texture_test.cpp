@@ -25,8 +25,8 @@ struct StereoTextureTest : testing::Test {
   StereoTexture texture{images.rig, images.X_SL, ThreeWindows()};
 };
 
-// Reference: the drawn surface under the window's centre. The windows' bent surface leaves 0.2 mm,
-// the cameras' noise less.
+// Reference: the drawn surface under the window's centre. The curved surface within a window causes
+// 0.2 mm, the cameras' noise less.
 TEST_F(StereoTextureTest, PointsLieOnTheSurfaceAndKeepTheirPlaceOnIt) {
   for (int k = 0; k <= 10; ++k) {
     const Eigen::Vector3d p_S(0.0005 * k, -0.0003 * k, 0.0006 * k);
@@ -40,7 +40,7 @@ TEST_F(StereoTextureTest, PointsLieOnTheSurfaceAndKeepTheirPlaceOnIt) {
       const Eigen::Vector3d miss = point.p_S - images.PointOf(ThreeWindows().at[i], kRest, p_S);
       EXPECT_LT(miss.norm(), 0.5e-3);
       EXPECT_LT((point.p_S - point.p_S_rest - p_S).norm(), 0.2e-3);
-      // Depth is the worst known direction: 1.3 mm per pixel, sigma 0.1 px in each image.
+      // Depth is the least accurate direction: 1.3 mm per pixel, sigma 0.1 px in each image.
       EXPECT_GT(point.covariance(2, 2), point.covariance(0, 0));
       EXPECT_NEAR(std::sqrt(point.covariance(2, 2)), 0.19e-3, 0.06e-3);
     }

@@ -41,7 +41,7 @@ std::optional<Eigen::Vector3d> PointAt(const simulation::TexturedTarget& target,
 
 }  // namespace
 
-// S as the middle camera would have it, at the point both look at.
+// S is oriented like a camera midway between both, with its origin at the point at which both look.
 TargetImages::TargetImages() : target_(simulation::TexturedTarget::Shape{}) {
   noise_.create(rig.left.size[1] + kSpare, rig.left.size[0] + kSpare, CV_32F);
   random_.fill(noise_, cv::RNG::NORMAL, 0, kNoise);

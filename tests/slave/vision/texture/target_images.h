@@ -1,5 +1,5 @@
-// Two cameras before the textured target: the stated rig and camera (640 x 480, focal 800 px,
-// baseline 60 mm, 250 mm away, verged on the middle of the path; blur 0.7 px, noise 2 of 255).
+// Two cameras in front of the textured target (640 x 480, focal length 800 px, baseline 60 mm,
+// distance 250 mm, verged on the centre of the path; blur 0.7 px, noise 2 of 255).
 #pragma once
 
 #include <Eigen/Geometry>
@@ -18,11 +18,12 @@ class TargetImages {
   struct Pair {
     cv::Mat left, right;
   };
-  // The body moved by p_S from its place at rest, turned about its own axes [rad].
+  // Draws both images of the body, displaced by p_S from its rest position and rotated about its
+  // own axes [rad].
   Pair Take(const Eigen::Vector3d& p_S, const Eigen::Vector3d& turn = {0, 0, 0});
 
-  // Where the point of the body that the left camera sees at p_I (body at `from`) is when the body
-  // is at `to`. Frame S [m].
+  // Returns the position, with the body at `to`, of the body point that the left camera sees at p_I
+  // with the body at `from`. Frame S [m].
   [[nodiscard]] Eigen::Vector3d PointOf(const Eigen::Vector2d& p_I, const Eigen::Vector3d& from,
                                         const Eigen::Vector3d& to) const;
 
@@ -35,7 +36,7 @@ class TargetImages {
   cv::Mat Finish(const cv::Mat& canvas);
 
   simulation::TexturedTarget target_;
-  cv::Mat noise_;  // larger than an image; each takes another part of it
+  cv::Mat noise_;  // larger than an image; each image uses another part of it
   cv::RNG random_{11};
   cv::Mat canvas_, blurred_;
 };

@@ -24,7 +24,7 @@ WavyTexture::WavyTexture(std::uint64_t seed) : random_(seed * 7919 + 1) {
 
 cv::Mat WavyTexture::Image(const PatchWarp& warp, double noise, double gain, double offset,
                            const cv::Size& size) {
-  // cos(kx x + (ky y + phase)), the columns' and the rows' part each drawn up once.
+  // cos(kx x + (ky y + phase)), the factors of columns and rows are each computed once.
   const Eigen::Matrix<double, kWaves, 2> k = wave_ * warp.A.inverse();
   const Eigen::Matrix<double, kWaves, 1> phase = phase_ - k * warp.p;
   const Eigen::RowVectorXd xs = Eigen::RowVectorXd::LinSpaced(size.width, 0, size.width - 1);

@@ -1,4 +1,4 @@
-// A flat texture of smooth noise, seen shifted and bent by a known warp.
+// A flat texture of smooth noise, shifted and deformed by a known warp.
 #pragma once
 
 #include <cstdint>
@@ -13,12 +13,12 @@ inline PatchWarp Shifted(double x, double y) {
   return {Eigen::Matrix2d::Identity(), {x, y}};
 }
 
-// A sum of waves, so that it is known between the pixels too: every image of it is exact.
+// A sum of waves, which is defined between pixels as well, so that every image of it is exact.
 class WavyTexture {
  public:
   explicit WavyTexture(std::uint64_t seed = 3);
-  // About 120 +- 40 levels. The image in which the texture's place x lies at A x + p, times
-  // `gain` plus `offset`, with white noise of `noise` levels.
+  // About 120 +- 40 levels. Draws an image in which texture point x lies at A x + p, multiplied by
+  // `gain`, plus `offset`, with white noise of `noise` levels.
   [[nodiscard]] cv::Mat Image(const PatchWarp& warp, double noise = 0, double gain = 1,
                               double offset = 0, const cv::Size& size = {320, 240});
 

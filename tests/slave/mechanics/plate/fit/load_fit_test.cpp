@@ -41,7 +41,7 @@ struct Image {
   std::vector<double> displacement, sigma;
 };
 
-// What a load does to the dots, with noise.
+// Returns the displacements of the dots under a load, with noise.
 Image MakeImage(PlateSurface& plate, const Vector2d& p, double force, double width, double sigma,
                 std::mt19937* random) {
   const Contact contact = PlateSurface::ToolContact(Contact::Kind::kForce, p, {width}, force);
@@ -137,7 +137,7 @@ TEST(LoadFit, ErrorsAgreeWithTheStatedCovariance) {
   }
 }
 
-// The search does not need the last answer, and the last answer does not mislead it.
+// The search does not need the last answer as its start, and a wrong start does not harm.
 TEST(LoadFit, FollowsALoadThatJumps) {
   PlateModel plate({kRadius, kThickness, kModulus, kNu});
   LoadFitter fitter(plate, {0});
@@ -233,8 +233,9 @@ class UnreliablePlate final : public PlateSurface {
   int calls_ = 0;
 };
 
-// Reference: the fit without the finer plate. Its derivatives may be those of a step before, so
-// that the covariances agree within some percent; the finer plate's would make them a ninth.
+// Reference: the fit without the finer plate. Its derivatives may be from the previous step, so
+// that the covariances agree within a few percent; with derivatives of the finer plate they would
+// be a ninth.
 TEST(LoadFit, WhatTheFinerPlateFailedToFindIsJudgedByTheCoarseOne) {
   PlateLargeModel plate({kRadius, kThickness, kModulus, kNu});
   UnreliablePlate finer;

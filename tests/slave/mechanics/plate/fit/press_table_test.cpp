@@ -15,8 +15,8 @@ namespace {
 
 constexpr double kRadius = 0.039, kModulus = 27.2e6, kNu = 0.45, kWidth = 0.004;
 
-// Reference: the model, asked at places and depths between the table's. Next to the centre, where
-// the model's own modes leave off and its exact central solution begins, they differ by 0.7 %.
+// Reference: the model, asked at places and depths between the table's. Near the centre, where the
+// model changes from modes to its exact central solution, they differ by 0.7 %.
 TEST(PressTable, IsTheModelBetweenItsEntries) {
   for (const double thickness : {0.0002, 0.001, 0.0039}) {
     PlateLargeModel plate({kRadius, thickness, kModulus, kNu});
@@ -54,7 +54,7 @@ TEST(PressTable, OfTheSmallDeflectionPlateIsPaperCsEquationOne) {
   }
 }
 
-// Force is the integral of stiffness, so that nobody gains energy by pressing in steps.
+// The force is the integral of the stiffness, so that pressing in steps cannot deliver energy.
 TEST(PressTable, StiffnessIsTheForcesSlope) {
   PlateLargeModel plate({kRadius, 0.001, kModulus, kNu});
   const PressTable table(plate, {kWidth});

@@ -1,9 +1,13 @@
-"""An arm's driver that goes wrong when it gets SIGUSR1.
+"""A driver of an arm that becomes faulty when it gets SIGUSR1.
 
-usage: bad_driver.py HOST:PORT [options of drive_arm.py] flood|nan|jump|fault|scale|stuck
+usage: faulty_driver.py HOST:PORT [options of drive_arm.py] flood|nan|jump|fault|scale|stuck
 
-flood: reports as fast as it can; nan: a place that is no number; jump: the tool is a metre away; fault: it says what is wrong with it.
-In silence: scale, the tool goes 0.64 of the commanded way; stuck, the encoders tell the same place, whatever the tool does.
+  flood  reports without pause
+  nan    positions that are not numbers
+  jump   positions displaced by a metre
+  fault  reports a fault
+  scale  the tool moves 0.64 of the commanded distance, unreported
+  stuck  the encoder position is constant while the tool moves, unreported
 """
 import math
 import signal
@@ -14,17 +18,17 @@ import drive_arm
 import palpate
 
 
-class BadSite(drive_arm.Site):
+class FaultySimulator(drive_arm.Site):
     from_here = None
 
     def exchange(self, tip):
-        if BadArm.is_bad and HOW == "scale":
+        if FaultyArm.is_bad and HOW == "scale":
             self.from_here = self.from_here or list(tip)
             tip = [a + 0.64 * (b - a) for a, b in zip(self.from_here, tip)]
         return super().exchange(tip)
 
 
-class BadArm(drive_arm.Arm):
+class FaultyArm(drive_arm.Arm):
     is_bad = False
     stuck_at = None
 
@@ -36,7 +40,7 @@ class BadArm(drive_arm.Arm):
 
     def spoil(self, reading):
         if HOW == "flood":
-            time.sleep = lambda _: None  # the driver's pace
+            time.sleep = lambda _: None  # removes the pause between reports
         elif HOW == "nan":
             reading.tip = [math.nan, *reading.tip[1:]]
         elif HOW == "jump":
@@ -52,10 +56,10 @@ if __name__ == "__main__":
     HOW = sys.argv.pop()
 
     def go_wrong(*_):
-        BadArm.is_bad = True
+        FaultyArm.is_bad = True
     signal.signal(signal.SIGUSR1, go_wrong)
-    drive_arm.Arm, drive_arm.Site = BadArm, BadSite
-    while True:  # as a supervisor that starts it again and again
+    drive_arm.Arm, drive_arm.Site = FaultyArm, FaultySimulator
+    while True:  # restarts the driver as a supervisor would
         try:
             drive_arm.main()
         except palpate.Error as error:

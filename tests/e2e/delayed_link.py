@@ -1,20 +1,20 @@
-"""A link with delay between master and slave: every byte comes as late as every other, and none is lost until it is cut."""
+"""A link between master and slave that delays every byte by the same time. It loses nothing until it is cut."""
 import queue
 import socket
 import threading
 import time
 
 
-class DelayingLine:
-    """Listens on a free port and passes on to `target` (HOST:PORT), `delay` [s] later each way.
+class DelayedLink:
+    """Listens on a free port and forwards to `target` (HOST:PORT) with `delay` [s] in each direction.
 
-    After `max_down` bytes to the clients everything is lost, as by a cable that is pulled: no end reaches either side.
+    After `max_down` bytes to the clients everything is lost, as by an unplugged cable: neither side is notified.
     """
 
     def __init__(self, target, delay, max_down=float("inf")):
         host, port = target.rsplit(":", 1)
         self.target, self.delay, self.max_down = (host, int(port)), delay, max_down
-        self.bytes_down = 0  # to whoever connected
+        self.bytes_down = 0  # bytes sent to clients
 
     def __enter__(self):
         self.listener = socket.create_server(("127.0.0.1", 0))
@@ -32,7 +32,7 @@ class DelayingLine:
             each.close()
 
     def cut(self):
-        """Ends what there is; who comes is let in again."""
+        """Closes all connections. New ones are accepted."""
         for each in self.sockets[1:]:
             try:
                 each.shutdown(socket.SHUT_RDWR)
@@ -45,7 +45,7 @@ class DelayingLine:
                 near, _ = self.listener.accept()
                 try:
                     far = socket.create_connection(self.target)
-                except OSError:  # nobody there, now
+                except OSError:  # the target does not listen at present
                     near.close()
                     continue
                 self.sockets += [near, far]
@@ -58,10 +58,10 @@ class DelayingLine:
 
     def _carry(self, source, sink, up):
         waiting = queue.Queue()
-        threading.Thread(target=self._take, args=(source, waiting, up), daemon=True).start()
-        threading.Thread(target=self._give, args=(sink, waiting), daemon=True).start()
+        threading.Thread(target=self._receive, args=(source, waiting, up), daemon=True).start()
+        threading.Thread(target=self._send, args=(sink, waiting), daemon=True).start()
 
-    def _take(self, source, waiting, up):
+    def _receive(self, source, waiting, up):
         try:
             while data := source.recv(1 << 16):
                 if self.bytes_down > self.max_down:
@@ -73,7 +73,7 @@ class DelayingLine:
         waiting.put((time.monotonic() + self.delay, b""))
 
     @staticmethod
-    def _give(sink, waiting):
+    def _send(sink, waiting):
         try:
             while True:
                 due, data = waiting.get()

@@ -1,7 +1,7 @@
-"""A camera's driver that goes wrong: bad_feeder.py flood|garble HOST:PORT. Ends on SIGTERM.
+"""A faulty camera driver: faulty_feeder.py flood|garble HOST:PORT. Ends on SIGTERM.
 
-flood: grey images as fast as the line takes them; garble: bytes that are no image, cut ones, of other sizes, of
-other times, each on a stream of its own.
+  flood   grey images as fast as the link accepts them
+  garble  data that are not images, truncated images, and images with wrong sizes or times, each on a new stream
 """
 import itertools
 import random

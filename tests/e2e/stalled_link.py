@@ -1,10 +1,10 @@
-"""A link that can be blocked: data sent meanwhile arrive at once when it is released."""
+"""A link that can be stalled. Data sent meanwhile arrive when it is released."""
 import socket
 import threading
 
 
-class StallingLine:
-    """Listens on a free port and passes on to `target` (HOST:PORT)."""
+class StalledLink:
+    """Listens on a free port and forwards to `target` (HOST:PORT)."""
 
     def __init__(self, target):
         host, port = target.rsplit(":", 1)
@@ -31,7 +31,7 @@ class StallingLine:
         self.moves.set()
 
     def cut(self):
-        """Closes the connections; new ones are accepted."""
+        """Closes all connections. New ones are accepted."""
         for each in self.sockets:
             try:
                 each.shutdown(socket.SHUT_RDWR)
@@ -63,4 +63,4 @@ class StallingLine:
                 each.shutdown(socket.SHUT_RDWR)
             except OSError:
                 pass
-        source.close()  # the other direction closes the other end
+        source.close()  # the thread of the other direction closes `sink`
