@@ -24,7 +24,7 @@ struct ColumnTitle {
   std::string name;                    // without the unit
   std::optional<double> to_si{};       // factor of the unit it names; nullopt: it names none
   std::optional<Quantity> quantity{};  // quantity of the unit
-  std::string unknown_unit{};          // text in place of a unit that is not known
+  std::string unknown_unit{};          // text of an unknown unit
 };
 // `Load (N)`, `Strain (Extension) (%)`.
 ColumnTitle SplitTitle(std::string_view title);

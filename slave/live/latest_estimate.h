@@ -38,7 +38,8 @@ class LatestEstimate {
   [[nodiscard]] ContactEstimate Get() const;
   // Returns the newest estimate, with kStale if it is too old at `now`.
   [[nodiscard]] ContactEstimate Fresh(Time now) const;
-  // The tool or a fingertip touches the object, by the last estimate, whatever its validity.
+  // Returns whether the tool or a fingertip touches the object according to the last estimate, with
+  // any validity.
   [[nodiscard]] bool Touches() const;
   // Returns whether the tool touches by an estimate that no check contradicts. An estimate of a
   // lost tip or a moved camera shows no contact.

@@ -112,7 +112,7 @@ class LiveSlave final : public Slave {
   const Time started_at_ = Clock::now();
   const bool has_scene_;
   SceneSetup* setup_ = nullptr;
-  const SenseRecorder* recorder_ = nullptr;  // null: nothing is recorded
+  const SenseRecorder* recorder_ = nullptr;  // null: no recording
   std::string setup_camera_;
   const std::unique_ptr<Manipulator> manipulator_;
   const std::unique_ptr<SensingPipeline> sense_;

@@ -144,8 +144,8 @@ class CommandWatchdog {
   std::jthread thread_;
 };
 
-// Throws std::logic_error: an operator is engaged or the object is in contact, so nothing may
-// change.
+// Throws std::logic_error if an operator is engaged or the object is in contact, because settings
+// must not change then.
 void RefuseUnlessFree(const OperatorPort& port, bool touches);
 // Throws std::invalid_argument naming the value out of range, and the range.
 void CheckRanges(const ParameterChange& change);

@@ -34,7 +34,7 @@ class SimulatedManipulator : public Manipulator {
   [[nodiscard]] bool carries_tool() const noexcept override { return false; }
 
  private:
-  // The follower at the present time. With mutex_ held.
+  // Returns the follower at the present time. Requires mutex_ to be held.
   TipFollower& Present() const noexcept {
     const Time now = Clock::now();
     follower_.Step(SecondsBetween(stepped_at_, now));

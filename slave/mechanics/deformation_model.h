@@ -92,7 +92,7 @@ class Solution {
   std::vector<Contact> contacts_;
   std::vector<ContactResponse> responses_;
   std::vector<Contact> at_rest_;           // see DeformationModel::ContactsAtRest; empty: contacts_
-  std::uint64_t query_ = 0;                // number of the model's query; 0: nothing was solved
+  std::uint64_t query_ = 0;                // number of the model's query; 0: no solution yet
   std::vector<Eigen::Vector3d> kept_u_O_;  // see DeformationModel::keeps_displacements_
 };
 
@@ -117,8 +117,8 @@ class DeformationModel {
   // volume or its surface, vertex i is node i of the object's mesh; nodes without an element
   // stay at zero. A membrane has MembraneGrid().
   [[nodiscard]] const FieldMesh& field_mesh() const { return field_mesh_; }
-  // Displacement of every vertex of field_mesh() in a solution of this model, frame O [m]; zero if
-  // it failed or nothing was solved. Costs O(N S); computed only on request.
+  // Computes the displacement of every vertex of field_mesh() in a solution of this model, frame O
+  // [m]; zero after a failure or without a solution. O(N S).
   void Displacements(const Solution& solution, std::vector<Eigen::Vector3d>* u_O);
 
   // The cover of a planar body, made at the first call; constant. Empty for other models.
@@ -127,9 +127,9 @@ class DeformationModel {
   // [m].
   void CoverDisplacements(const Solution& solution, std::vector<Eigen::Vector3d>* u_O);
 
-  // Magnitude of the contacts' traction at every vertex of field_mesh() in a solution of this model
-  // [Pa], per area at rest, zero without contact or after a failure. Unchanged if nothing was
-  // solved, and by models that provide only the force of a contact.
+  // Computes the magnitude of the contacts' traction at every vertex of field_mesh() in a solution
+  // of this model [Pa], per area at rest, zero without contact or after a failure. Left unchanged
+  // without a solution, and by models that provide only the force of a contact.
   void Tractions(const Solution& solution, std::vector<float>* pascals) {
     if (Show(solution)) ComputeTractions(pascals);
   }
@@ -171,7 +171,8 @@ class DeformationModel {
                              std::span<ContactResponse> responses) noexcept {
     ComputeResponses(contacts, responses);
   }
-  // Makes the last ComputeResponses that of the solution's contacts. False: nothing was solved.
+  // Restores the state of the solution's contacts, as if they had been computed last. Returns false
+  // without a solution.
   bool Show(const Solution& solution) noexcept;
   // Discards the result of the last ComputeResponses.
   void Hide() { shown_ = 0; }
@@ -189,7 +190,7 @@ class DeformationModel {
   FieldMesh field_mesh_;
   ModelInfo info_;
   std::string_view failure_;
-  // The answer depends on earlier queries: a solution keeps its displacements.
+  // true: the answer depends on earlier queries, so a solution stores its displacements.
   bool keeps_displacements_ = false;
 
  private:

@@ -15,10 +15,11 @@ namespace palpate {
 struct SceneContext {
   std::filesystem::path folder;  // relative paths start here
   SceneUse use = SceneUse::kFull;
-  std::shared_ptr<const GivenMesh> mesh{};  // in place of the file of a mesh; nullptr: none
+  std::shared_ptr<const GivenMesh> mesh{};  // mesh to use instead of a mesh file; nullptr: none
 };
 
-// `object`. Leaves geometry, material and fixed as far as they could be read.
+// `object`. After mistakes the result contains the parts of geometry, material and fixed that could
+// be read.
 Object ReadObject(Section& scene, const SceneContext& context);
 // The parts of `object`; `geometry` decides which parts can be fixed.
 Geometry ReadGeometry(Section& object, const SceneContext& context);

@@ -14,7 +14,7 @@ namespace palpate::study {
 // without an image.
 bool CanStudy(const Scene& scene);
 
-// Returns what all commands state about a studied model: its figures, without reason and rejected
+// Returns the data about a studied model that all commands report, without reason and rejected
 // models.
 ModelDecision StatedOf(const StudyRow& row);
 

@@ -22,7 +22,7 @@ inline const Eigen::Vector3d kUnknownVector3 = Eigen::Vector3d::Constant(kUnknow
 // NaN: unknown. Both forces act on the same body, in the same frame, if they are right.
 struct ForceRow {
   double t = kUnknown;  // [s]
-  int hold = -1;        // number of the load that was held; -1: row of a record
+  int hold = -1;        // number of the held load; -1: row of a record
   Eigen::Vector3d measured = kUnknownVector3, estimated = kUnknownVector3;  // [N]
   double sigma = kUnknown;  // standard deviation of the difference [N]
   bool is_valid = true;
@@ -46,7 +46,7 @@ struct ForceSource {
 
 std::string_view ToString(Finding finding);
 
-// The verdict on one quantity. kOpen: the table does not decide it; kUntested: nothing tests it.
+// The verdict on one quantity. kOpen: the data do not decide it; kUntested: no data test it.
 struct Line {
   std::string key;
   std::string title;

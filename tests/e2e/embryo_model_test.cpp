@@ -53,7 +53,8 @@ class EmbryoModelTest : public testing::Test {
              "model: {kind: bem2d, elements: 120, plane: strain, tolerance: 20 %}\n";
   }
 
-  // Paints a copy of the image with the pipette moved by `way` [px] over a patch of background.
+  // Paints a copy of the image in which the pipette is moved by `way` [px] and replaced by
+  // background at its old position.
   [[nodiscard]] cv::Mat PipetteAt(const cv::Point& way) const {
     const cv::Rect pipette(600, 0, 60, 292);
     cv::Mat moved = image_.clone();
@@ -101,8 +102,8 @@ TEST_F(EmbryoModelTest, APipetteCarriedIntoTheChorionHasAForce) {
   Estimator estimator(scene, {image_, 1, {}}, std::nullopt);
   std::uint64_t sequence = 1;
   ContactEstimate estimate;
-  // First to the right, above the embryo's left shoulder, then down; in steps the search window
-  // follows.
+  // Moves first to the right, above the embryo's upper left side, then down, in steps that the
+  // search window can follow.
   for (int x = 0; x <= 208; x += 16)
     estimate = estimator.Estimate({PipetteAt({x, -120}), ++sequence, {}});
   for (int y = -112; y <= -72; y += 8)

@@ -73,7 +73,7 @@ struct Row {
   std::filesystem::path scene;
   std::vector<std::string> site;    // overrides of the scene, for its devices and the slave
   std::vector<std::string> stated;  // overrides of the slave's scene only
-  bool is_blind = false;            // CHECKS names the error as one that nothing detects
+  bool is_blind = false;            // CHECKS.md lists the error as undetectable
   std::vector<Disturbance> events;  // sorted by time
   std::vector<Expectation> expected;
 };

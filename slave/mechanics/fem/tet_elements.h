@@ -52,8 +52,8 @@ class TetElements {
   // Per pair of corners (PairOf) and element of a group: the block between their nodes.
   using GroupBlocks = std::array<std::array<int, kLanes>, 10>;
 
-  // `mesh` with its tetrahedra in whatever order is good for memory; `lame` is multiplied by each
-  // one's modulus. Volumes must be positive.
+  // `mesh`: its tetrahedra may be in any order, for example one with good memory locality; `lame`
+  // is multiplied by each one's modulus. Volumes must be positive.
   TetElements(const SolidMesh& mesh, const Lame& lame, Law law);
 
   // Rotations start from those of the last evaluation. Allocation-free.

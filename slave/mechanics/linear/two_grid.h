@@ -30,7 +30,7 @@ struct Guide {
 
 class TwoGrid {
  public:
-  // `points`: where the rows of the pattern are. Keeps a reference to the pattern. O(N log N).
+  // `points`: positions of the pattern's rows. Stores a reference to the pattern. O(N log N).
   TwoGrid(std::span<const Eigen::Vector3d> points, const BlockPattern& pattern);
 
   // `free` per row and component: 1 free, 0 fixed. Rows and columns of fixed components, and of the
@@ -64,7 +64,7 @@ class TwoGrid {
   }
 
   const BlockPattern& pattern_;
-  int vertices_ = 0, band_ = 0;    // of the coarse grid; unknowns beside the diagonal
+  int vertices_ = 0, band_ = 0;    // number of vertices of the coarse grid; bandwidth in unknowns
   std::vector<GridPlace> places_;  // per row
   std::vector<double> coarse_;     // lower triangle by columns, then its factor
   std::vector<double> coarse_r_;

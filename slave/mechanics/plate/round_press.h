@@ -34,7 +34,7 @@ double LargestEntry(const Eigen::MatrixBase<Vector>& v) {
 }
 
 // Solves for a goal by `newton` from the last solution, else in steps from rest that double the
-// share of the goal. `newton(share)` returns whether it converged; `largest`: size of the whole
+// fraction of the goal. `newton(share)` returns whether it converged; `largest`: size of the whole
 // goal, relative to one that can be reached from rest in one step. False: no solution, and the
 // state is at rest.
 template <typename Newton, typename Rest>

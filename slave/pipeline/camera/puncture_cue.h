@@ -3,7 +3,7 @@
 //
 // Three conditions must hold. Overshoot: the tip is behind the rest surface at least by the depth
 // at which membranes break according to the scene. Velocity: the tool was moving in, or has not
-// retreated since; a retreating tool breaks nothing. Force residual: with a linear model the force
+// retreated since; a retreating tool cannot puncture. Force residual: with a linear model the force
 // is proportional to the indentation, so the measured indentation divided by the one expected for
 // the tip's position is the remaining share of the force.
 #pragma once

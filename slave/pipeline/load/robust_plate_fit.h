@@ -26,8 +26,8 @@ struct TighterPlate {
 // One thread; allocation-free after the first call with as many points.
 class RobustPlateFit {
  public:
-  // Keeps references to the plates; see LoadFitter. `tighter`: the result states how much of that
-  // tension fits the points.
+  // Stores references to the plates; see LoadFitter. `tighter`: the same plate with more tension;
+  // the result states which part of the additional tension fits the points.
   RobustPlateFit(PlateSurface& plate, const PlateSurface::Tool& tool, PlateSurface* finer = nullptr,
                  TighterPlate tighter = {});
 
@@ -80,7 +80,7 @@ class RobustPlateFit {
   // a part of the force.
   Eigen::Vector3d rim_motion_{0, 0, 0};
   int rest_frames_ = 0;    // number of such images
-  bool used_rim_ = false;  // the last fit held the rim there
+  bool used_rim_ = false;  // whether the last fit kept the rim there
   double deepest_ = 0;     // of the fitted points [m]
   double scatter_ = 1;     // of the residuals by sigma
   std::vector<Eigen::Vector2d> places_;

@@ -1,5 +1,5 @@
-// Consistency of camera and encoders: their difference changes slowly, whatever the registration of
-// the two.
+// Consistency of camera and encoders: their difference changes slowly, independent of their
+// registration.
 #pragma once
 
 #include <optional>
@@ -44,7 +44,7 @@ class ArmConsistencyCheck {
   }
 
  private:
-  // Share of the offset, per image. [-] [tuned: ImagesThatAreOneLatePartByAStepThoughBothAgree]
+  // Weight of one image in the offset. [-] [tuned: ImagesThatAreOneLatePartByAStepThoughBothAgree]
   static constexpr double kFollow = 0.03;
   // Lest a lag be taken for registration. [-] [tuned:
   // ImagesThatAreOneLatePartByAStepThoughBothAgree]

@@ -68,7 +68,7 @@ class ManipulatorAgreement {
     if (size > noise) unexplained = (1 - noise / size) * deviation;
     return unexplained;
   }
-  // Motion of the object; zero if the camera moves, or if nothing is decided.
+  // Returns the motion of the object; zero if the camera moves or it is undecided.
   [[nodiscard]] const SurfaceMotion& motion() const { return motion_; }
   void Reset() noexcept { *this = {}; }
   // Restarts the registrations after a change of the encoders' origin.

@@ -53,7 +53,7 @@ class PointsSense final : public SensingPipeline {
   [[nodiscard]] std::string_view flag_reason() const override {
     return estimate_->validity == Validity::kExtrapolated ? why() : std::string_view();
   }
-  // The left image.
+  // Returns the left image.
   [[nodiscard]] std::optional<OverlaidImage> Image(double full_scale) const override;
   [[nodiscard]] std::unique_ptr<PreparedModel> Prepare(const Scene& changed,
                                                        Progress* progress) const override {

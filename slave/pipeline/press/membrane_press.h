@@ -29,7 +29,7 @@ class PatchCompliance {
 
   // nodes x nodes [m/N]: column j by a patch at node j, zero at fixed nodes.
   [[nodiscard]] const Eigen::MatrixXd& by_patch() const { return by_patch_; }
-  // The newton of a patch at `node`, distributed to the nodes under it; sums to one.
+  // A unit force (1 N) on the patch at `node`, distributed to the nodes under it.
   struct Share {
     int node = 0;
     double share = 0;
@@ -37,7 +37,8 @@ class PatchCompliance {
   [[nodiscard]] const std::vector<Share>& shares(int node) const {
     return shares_[static_cast<std::size_t>(node)];
   }
-  // Mean inward displacement of a patch there under its own newton [m/N]; `triangle`: its nodes.
+  // Returns the mean inward displacement of a patch there under a force of 1 N [m/N]; `triangle`:
+  // its nodes.
   [[nodiscard]] double At(const std::array<int, 3>& triangle,
                           const Eigen::Vector3d& weights) const noexcept;
 

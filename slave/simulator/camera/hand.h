@@ -23,7 +23,7 @@ class Hand {
   [[nodiscard]] Eigen::Vector3d Offset(double t) const noexcept;  // of the tip, S [m]
   // From the raster of images, in parts of their interval.
   [[nodiscard]] double Delay(double t) const noexcept;
-  // Shadow and exposure over `seen` (CV_32F), in place.
+  // Applies shadow and exposure to `seen` (CV_32F), in place.
   void Light(double t, cv::Mat* seen) const;
 
  private:

@@ -15,8 +15,8 @@ namespace palpate {
 //
 //   p(u) = start + way (10 u^3 - 15 u^4 + 6 u^5),   u = t / T,   peak speed 15/8 |way| / T
 //
-// Throws std::invalid_argument naming the key: nothing in front of the tool, home inside the body;
-// see also TrueBody.
+// Throws std::invalid_argument naming the key if there is no object in front of the tool or home is
+// inside the body; see also TrueBody.
 PressMotion ScriptedPress(const Scene& scene);
 
 }  // namespace palpate

@@ -32,7 +32,7 @@ class SolvedAhead {
 
   explicit SolvedAhead(Choice choice)
       : choice_(std::move(choice)), thread_([this](const std::stop_token& stop) { Run(stop); }) {}
-  // Works on the newest request; keeps this number of contacts.
+  // Works on the newest request and stores up to this number of contacts.
   explicit SolvedAhead(std::size_t kept)
       : kept_(kept),
         choice_([this] {

@@ -117,7 +117,7 @@ Scene Dome(Dice* dice, const std::filesystem::path& file) {
   for (Vector3d& p : mesh.nodes) {
     const Vector3d q = p - Vector3d(1, 1, 0);
     const Vector3d s = q.cwiseProduct(q);
-    // The map of a cube onto the ball that keeps its cells away from being flat.
+    // Maps a cube to the ball without flat cells.
     for (int k = 0; k < 3; ++k) {
       const double a = s[(k + 1) % 3], b = s[(k + 2) % 3];
       p[k] = radius * q[k] * std::sqrt(1 - a / 2 - b / 2 + a * b / 3);

@@ -1,5 +1,5 @@
-// One case on one stage: the sense of the scene runs over the altered samples, each estimate is
-// held against the truth.
+// Runs one case on one stage: the sense of the scene processes the altered samples, and each
+// estimate is compared with the true value.
 #pragma once
 
 #include <cstddef>

@@ -284,7 +284,8 @@ TEST_F(HapticLoopTest, OfASilentSensorOrArmNoForceIsLeftAfterThirtyMilliseconds)
   }
 }
 
-// Stamps of 1970, ones that never change and ones of tomorrow: held, then faded, with a reason.
+// With timestamps from 1970, constant ones or ones from the future the force is held and then
+// fades, with a reason.
 TEST_F(HapticLoopTest, WhatWasSensedTooLongAgoOrInTheFutureIsNotRendered) {
   for (const double seconds : {-1e9, -0.3, 86400.0}) {
     Rig rig;

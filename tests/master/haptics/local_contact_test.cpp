@@ -98,7 +98,7 @@ TEST_F(LocalContactTest, BeforeTheSlaveTellsOfContactItIsWhereTheHandCameThrough
   EXPECT_LT(contact.ForceAt(-0.003 * kAlong + 1e-9 * kInto, 4 * kLater).norm(), 1e-6);
 }
 
-// Late states that say "no contact", or bring no model at all, change nothing.
+// Late states with "no contact", or without a model, have no effect.
 TEST_F(LocalContactTest, NeverDropsThePlaneForALateWord) {
   LocalModel model = Wall(500, 0, 1);
   model.in_contact = true;

@@ -107,7 +107,8 @@ TEST_F(PassivityControlTest, WhatAFallingForcePaysIsNotDampedAsWell) {
   EXPECT_LT(port.Apply({0.3, 0, 0}, {1, 0, 0}, kTick).x(), 0.3);
 }
 
-// A force that also turns has a smaller part of the slew limit left to fall.
+// If the force also changes its direction, a smaller part of the slew limit remains for its
+// decrease.
 TEST_F(PassivityControlTest, WhatIsHeldUnpaidFallsFirst) {
   port.Observe({0, 0, 0}, {3, 0, 0}, kTick);
   EXPECT_NEAR(port.LimitToBalance({3, 0, 0}, {0.2, 0, 0}, 200).x(), 1, 1e-12);
@@ -121,7 +122,7 @@ TEST_F(PassivityControlTest, AHandThatGivesWayEverFasterGetsNoMore) {
   constexpr double kSlew = 200, kA = 20;  // [N/s], [m/s^2]
   double p = 0, v = 0, sent = 3;
   port.Observe({0, 0, 0}, {0, 0, 0}, kTick);
-  port.Observe({p -= 0.75e-3, 0, 0}, {sent, 0, 0}, 1e9);  // so slowly that nothing is damped
+  port.Observe({p -= 0.75e-3, 0, 0}, {sent, 0, 0}, 1e9);  // so slow that there is no damping
   for (int i = 0; i < 100; ++i) {
     port.Observe({p += v * kTick, 0, 0}, {sent, 0, 0}, kTick);
     v += kA * kTick;
@@ -134,7 +135,7 @@ TEST_F(PassivityControlTest, AHandThatGivesWayEverFasterGetsNoMore) {
 // A contact that ends with 1 mJ stored and begins again returns this energy once.
 TEST_F(PassivityControlTest, WhatAContactHoldsIsRestoredOnce) {
   port.Observe({0, 0, 0}, {0, 1, 0}, kTick);
-  port.Observe({0, -0.001, 0}, {0, 1, 0}, 1e9);  // so slowly that nothing is damped
+  port.Observe({0, -0.001, 0}, {0, 1, 0}, 1e9);  // so slow that there is no damping
   EXPECT_NEAR(port.balance(), 1e-3, 1e-12);
   port.Observe({0, -0.001, 0}, {0, 0, 0}, kTick);
   EXPECT_EQ(port.balance(), 0);

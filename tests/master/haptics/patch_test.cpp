@@ -81,8 +81,9 @@ TEST(PatchTest, APatchOfOtherSettingsWaits) {
   EXPECT_NEAR(rig.loop.record().chain.local.y(), kK * 0.002, 1e-3);
 }
 
-// Reference: the wall. A model eight times too stiff is worse than the last force held, which is
-// shown instead and named; a model that is right never is.
+// Reference: the wall. A model that is eight times too stiff is worse than holding the last force,
+// so the held force is rendered instead and this is reported. This does not happen with a correct
+// model.
 TEST(PatchTest, AModelWorseThanTheHoldIsNotShown) {
   for (const double times : {1.0, 8.0}) {
     Rig rig({.K = 200, .delay = 0.01}, RenderMode::kLocal, 100);

@@ -66,7 +66,7 @@ TEST_F(ObserverTest, TheNewestMeshIsThereAndNobodyComputesItForNobody) {
   EXPECT_EQ(observer.mesh_stats().trouble, "");
   observer.Need(User::kTable, {});
   int computed = slave_.shapes_computed(), samples_without = 0;
-  EXPECT_TRUE(Eventually([&] {  // the end of the stream takes its time to the slave
+  EXPECT_TRUE(Eventually([&] {  // the slave notices the end of the stream later
     slave_.TakeSample();
     std::this_thread::sleep_for(std::chrono::milliseconds(5));
     const int before = std::exchange(computed, slave_.shapes_computed());
@@ -115,7 +115,7 @@ class FakeMeshServer final : public v1::Teleoperation::Service {
   std::unique_ptr<grpc::Server> server_;
 };
 
-// A surface too large for gRPC's default of 4 MB a message comes whole.
+// A surface larger than gRPC's default limit of 4 MB per message is received completely.
 TEST_F(ObserverTest, LargeMeshesCome) {
   constexpr int kNodes = 500'000;
   v1::MeshState message;

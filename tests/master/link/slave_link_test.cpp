@@ -166,8 +166,7 @@ TEST_F(SlaveLinkTest, StatesThatTheLoopRejectsAreNotReportedAsUsed) {
   EXPECT_FALSE(slave_.commands().back().echo.has_value());
 }
 
-// A loop that stops renewing its command must be noticed by the slave: nothing is sent in its
-// place.
+// The slave must notice that a loop does not renew its command: the link does not repeat it.
 TEST_F(SlaveLinkTest, ACommandThatIsNotRenewedIsNotRepeated) {
   StartedLink link(To(server_->address()), loop_);
   ASSERT_TRUE(loop_.Until([&] { return link.stats().commands > 5; }));
@@ -217,7 +216,7 @@ class DatagramLinkTest : public SlaveLinkTest {
 };
 
 TEST_F(DatagramLinkTest, StatesAndCommandsTravelBothWaysAndTheNewestCounts) {
-  std::vector<std::uint64_t> received;  // by the link's threads, one at a time
+  std::vector<std::uint64_t> received;  // written by the link's threads, one at a time
   SlaveLink::Options options = WithDatagrams(server_->address());
   std::atomic<bool> keeps_keys{false};
   options.on_received = [&](const StateRecord& state) {
@@ -405,7 +404,7 @@ TEST_F(DatagramLinkTest, NoDatagramTellsWhatIsOldOrAfterTheEnd) {
     state.mutable_force()->set_y(3);
     line.Send(state.SerializeAsString());
   };
-  // Again and again: of those that are sent first, one in four goes.
+  // Repeated, because only one in four of the first datagrams is sent.
   for (int i = 0; i < 5; ++i) {
     for (std::uint64_t sequence = 1; sequence < 20; ++sequence) send(sequence);
   }

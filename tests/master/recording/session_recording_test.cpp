@@ -217,7 +217,7 @@ TEST_F(SessionRecordingTest, AnAlarmWhoseNumbersChangeIsOneLine) {
   EXPECT_THAT(alarms, testing::ElementsAre("slave: no sample for 5 s"));
 }
 
-// An hour without a tick: waited for, this test would not end.
+// An hour without a tick must be skipped, otherwise this test would not end.
 TEST_F(SessionRecordingTest, WhereNothingWasRecordedNobodyWaits) {
   std::mt19937 random(3);
   {

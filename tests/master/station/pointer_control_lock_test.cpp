@@ -32,7 +32,7 @@ TEST(PointerControlLockTest, WhoHoldsSinceAnotherLedLetsGoFirst) {
   EXPECT_TRUE(lead.Hears(kSecond, true, At(1020)));
 }
 
-// A laptop that fell asleep keeps its connection.
+// A suspended laptop keeps its connection but sends nothing.
 TEST(PointerControlLockTest, ASilentPageGivesWayAndDoesNotTakeItBack) {
   PointerControlLock lead;
   EXPECT_TRUE(lead.Hears(kFirst, true, At(0)));

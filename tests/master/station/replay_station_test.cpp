@@ -1,4 +1,4 @@
-// A recording as its page meets it.
+// Tests a replay from the view of its page.
 #include "master/station/replay_station.h"
 
 #include <algorithm>
@@ -105,7 +105,7 @@ class ReplayStationTest : public testing::Test {
   std::jthread player_;
 };
 
-// Reference: the traces recorded: 1 ms, 3 ms and 1 ms, then 2 ms until the state left.
+// Reference: the recorded traces: 1 ms, 3 ms and 1 ms, then 2 ms until the state was sent.
 TEST_F(ReplayStationTest, TheWayFromTheLightToTheHandIsReported) {
   Open(0, 4);
   Json status;

@@ -1,4 +1,4 @@
-// When datagrams yield to the stream beside them, and when not.
+// Tests when datagrams yield to the stream and when not.
 #include <cmath>
 #include <deque>
 #include <functional>
@@ -13,8 +13,7 @@ namespace {
 
 constexpr double kTick = 5e-3;  // period of the states [s]
 
-// A line, and who answers at its end: feedback on those that size_received arrives a round trip
-// later.
+// A link and its peer: feedback about received datagrams arrives a round trip later.
 class PacedLine {
  public:
   std::function<bool()> loses = [] { return false; };

@@ -1,5 +1,5 @@
-// Datagrams between two ends: packets of strangers, replays, damaged ones and those of other
-// sessions change nothing.
+// Datagrams between two ends: packets of third parties, replays, damaged ones and those of other
+// sessions have no effect.
 #include <chrono>
 #include <functional>
 #include <memory>

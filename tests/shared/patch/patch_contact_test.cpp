@@ -21,7 +21,7 @@ PatchContact On(const SurfacePatch& patch) {
   contact.Take(patch, Law(patch, 1), 0, 0);
   return contact;
 }
-// Comes down at `x` to `depth` below y = 0, step by step.
+// Moves down at `x` to `depth` below y = 0, step by step.
 Vector3d Press(PatchContact* contact, double x, double depth) {
   Vector3d force(0, 0, 0);
   for (int i = 0; i <= 100; ++i)
@@ -106,8 +106,8 @@ SurfacePatch TwoTools(double coupling) {
   return roof;
 }
 
-// Reference: the two contacts' equations by LU. Sweeps that converge by the square of the coupling,
-// 0.5^24, and carry on from the tick before.
+// Reference: the equations of both contacts, solved by LU. Each sweep reduces the error by the
+// square of the coupling (0.5^24 in total) and continues from the previous tick.
 TEST(PatchContactTest, TwoToolsShareWhatTheyPress) {
   const double coupling = 0.5;
   PatchContact contact = On(TwoTools(coupling));

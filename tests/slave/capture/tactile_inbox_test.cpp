@@ -78,7 +78,7 @@ bool IsAsleep(pid_t thread) {
   return text[text.rfind(')') + 2] == 'S';
 }
 
-// Takes frames until it waits for more.
+// Takes all available frames.
 std::vector<TactileFrame> TakeAll(TactileInbox* inbox) {
   std::vector<TactileFrame> frames;
   std::stop_source stop;
@@ -293,7 +293,7 @@ TEST(TactileInboxTest, AFingerHasOneSenderUntilItIsSilentForASecond) {
   inbox.Leave("rf", 8);  // another driver's finger
   EXPECT_EQ(feed(21, 0.22, 7), "taken");
   EXPECT_THAT(feed(1, 1.21, 8), HasSubstr("is already fed"));
-  EXPECT_EQ(feed(1, 1.23, 8), "taken");  // whatever the sequence and clock of the other
+  EXPECT_EQ(feed(1, 1.23, 8), "taken");  // independent of sequence and clock of the other driver
   EXPECT_THAT(feed(22, 1.24, 7), HasSubstr("is already fed"));
   inbox.Leave("rf", 8);
   EXPECT_EQ(feed(1, 1.25, 9), "taken");
@@ -346,7 +346,7 @@ TEST(TactileInboxTest, TwoThreadsFeedWhileOneReads) {
   EXPECT_GE(whole, 299);  // the first frame may lack the finger whose driver came later
 }
 
-// Whatever order, delay, clock and rate: times rise, counts are finite, nothing blocks.
+// For any order, delay, clock and rate: times increase, counts are finite, and no call blocks.
 TEST(TactileInboxTest, WildStreamsGiveOrderedFiniteFrames) {
   std::mt19937 random(3);
   std::uniform_real_distribution<double> uniform(0, 1);

@@ -49,7 +49,7 @@ TEST(CheckStereoTest, TheMembranesCamerasAreReported) {
           "31 of 31 points in the last of 15 images; the rest shape comes from the first 10"));
 }
 
-// A press within half the thickness is the closed form's, if the tolerance allows.
+// For a press within half the thickness `auto` chooses the closed form, if the tolerance permits.
 TEST(CheckStereoTest, AutoFollowsThePress) {
   const auto scene = kScenes / "rubber-membrane.yaml";
   EXPECT_THAT(OutputOf(scene, {"model={kind: auto}"}),

@@ -145,8 +145,8 @@ TEST(SurfaceContactTest, FindsTheClosestPlaceThatTryingEveryTriangleFinds) {
   }
 }
 
-// Reference: how often the surface winds round the point. Points nearer than 1e-9 to the surface
-// are left out: there rounding decides.
+// Reference: the winding number of the surface about the point. Points closer than 1e-9 to the
+// surface are left out because of rounding.
 TEST(SurfaceContactTest, TellsInsideFromOutsideAlsoAtSpikesAndHollows) {
   std::mt19937 random(2);
   for (const double scale : {1e-9, 1.0, 1e3}) {

@@ -39,7 +39,7 @@ TEST(FitLaws, ChooseTheLawThatMadeTheData) {
   EXPECT_EQ(FitLaws(ThreeTests(mooney, 0.005)).front().law.name, "mooney-rivlin");
 }
 
-// The same data give the same answer, whatever their unit.
+// The same data give the same result in any unit.
 TEST(FitLaws, DoNotDependOnTheUnit) {
   const HyperLaw law{.name = "", .terms = {{3e4, 1.5}, {2e3, 6}}};
   std::vector<MaterialTest> tests = ThreeTests(law, 0.01);

@@ -270,7 +270,7 @@ TEST_F(TestTable, OfTooFewRowsCanBeDistinguishedFromABadOne) {
   EXPECT_TRUE(table.shear);
 }
 
-// A specimen of 30 mm and 100 kPa, whose first row is `travel` mm and bears `load` N.
+// A specimen of 30 mm and 100 kPa, whose first row has `travel` mm and `load` N.
 std::string Travel(double travel, double load) {
   std::string text = "Extension (mm),Load (N)\n";
   for (int i = 0; i <= 30; ++i) {

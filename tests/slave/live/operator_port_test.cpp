@@ -187,7 +187,7 @@ TEST_F(OperatorPortTest, AShortSilenceEndsByItselfALongOneNeedsANewEpoch) {
   EXPECT_EQ(port_.view().phase, Phase::kFollowing);
 }
 
-// After each of them a good command of the same epoch leads on from where the tool is held.
+// After each of them a valid command of the same epoch continues from the held position.
 TEST_F(OperatorPortTest, CommandsThatCannotBeAreRefusedAndHoldTheTool) {
   const std::pair<const char*, std::function<void(OperatorCommand*)>> commands[] = {
       {"a position that is no number", [](OperatorCommand* c) { c->p_M.x() = kNan; }},
@@ -328,7 +328,7 @@ TEST_F(OperatorPortTest, TargetsAreGivenInTheFrameOfTheImages) {
   EXPECT_LT((port_.view().offset - (start + off)).norm(), 1e-15);
 }
 
-// `tests/fuzz` looks for sequences that nobody draws.
+// `tests/fuzz` searches for further sequences.
 TEST(ArmSequence, NoOrderOfEventsLeadsTheArmAstray) {
   for (unsigned seed = 1; seed <= 400; ++seed) {
     const auto bytes = RandomBytes(seed, 400);

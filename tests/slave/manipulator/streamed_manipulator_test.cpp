@@ -213,7 +213,7 @@ TEST_F(StreamedManipulatorTest, HoldingIsWhereItWasMeasuredAndDoesNotCreep) {
   EXPECT_EQ(arm_.Aim(test_time).p_S_tip, measured);
 }
 
-// Moved by other hands while it stood: it is not pulled back.
+// The arm was moved externally while it was stopped; it is not pulled back.
 TEST_F(StreamedManipulatorTest, CommandsBeginWhereTheArmIs) {
   Drive(0.1);
   tip_ += Vector3d(0, 0.01, 0);

@@ -48,8 +48,8 @@ struct Kind {
   double tolerance;
   // A body of this size [m] and Young's modulus [Pa].
   std::function<Model(double size, double modulus)> make;
-  // Relative difference of a load and a displacement of the same place, and of the works of two
-  // loads, where the discretisation has no symmetric stiffness (collocation).
+  // Relative difference between a load and a displacement at the same place, and between the works
+  // of two loads, if the stiffness of the discretisation is not symmetric (collocation).
   double asymmetry = 0;
 };
 void PrintTo(const Kind& kind, std::ostream* out) {
@@ -169,7 +169,7 @@ class Conformance : public testing::TestWithParam<Kind> {
                     double size = kSize) {
     return {.kind = kind, .p_O = size * place, .prescribed_O = value};
   }
-  // A displacement at the first place, `factor` times the usual depth.
+  // Returns a displacement at the first place, `factor` times the usual depth.
   [[nodiscard]] Contact Move(double factor = 1, double size = kSize) const {
     const Presses& p = *GetParam().presses;
     return At(p.p_O, Contact::Kind::kDisplacement, factor * p.depth * size * p.direction, size);
@@ -323,7 +323,7 @@ TEST_P(Conformance, OrderAndRepetitionDoNotMatter) {
   }
 }
 
-// Finite numbers that are flagged, or a failure; and the next answer is as ever.
+// The answer is finite and flagged, or a failure, and the next answer is not affected.
 TEST_P(Conformance, AbsurdContactsAreFlaggedAndForgotten) {
   constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
   constexpr double kInfinite = std::numeric_limits<double>::infinity();

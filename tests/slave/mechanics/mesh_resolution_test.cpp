@@ -37,7 +37,7 @@ const std::vector<Kind>& Kinds() {
 struct Box {
   Vector3d size{1, 1, 1};
   std::array<int, 3> cells{1, 1, 1};
-  int held = 2;  // the axis of the side that is held
+  int held = 2;  // axis of the fixed side
   double nu = 0.3;
 };
 
@@ -69,8 +69,8 @@ double StiffnessOf(const ContactResponse& r) {
   return r.force_O.z() / r.displacement_O.z();
 }
 
-// Stiffness of a disc bonded to a half-space (Spence 1968), and by the mean displacement under an
-// even pressure (Johnson, Contact Mechanics, 3.4). E = 1.
+// Stiffness of a disc bonded to a half-space (Spence 1968), or of a disc with uniform pressure by
+// the mean displacement (Johnson, Contact Mechanics, 3.4). E = 1.
 double HalfSpace(bool loaded, double width, double nu) {
   const double a = width / 2, G = 1 / (2 * (1 + nu));
   if (loaded) return 3 * std::pow(std::numbers::pi, 2) * a / (16 * (1 - nu * nu));
@@ -187,7 +187,7 @@ TEST(PatchResolution, ANarrowDiscByAnEdgeOnAThinPartOrBesideAnotherIsExtrapolate
   }
 }
 
-// Law: an answer that is made of the one before is that of a new beginning.
+// Law: an answer that is updated from the previous one equals that of a new model.
 TEST(PatchResolution, ANarrowDiscThatMovesAmongManyContactsIsAnsweredAsAlone) {
   for (const Kind& kind : Kinds()) {
     if (!KnowsNarrowDiscs(kind, false)) continue;
@@ -286,7 +286,7 @@ TEST(PatchResolution, TheEndOfABarIsNoNarrowPatch) {
 }
 
 // Reference: the half-space, within 3 % (see IsJudgedAsTheHalfSpaceDoes). A valid answer under a
-// tool of 1.3 to 3 elements is within 10 % in addition. Nine to 25 nodes of ten-node tetrahedra,
+// tool of 1.3 to 3 elements is within 10 % plus these 3 %. Nine to 25 nodes of ten-node tetrahedra,
 // whose area is right, are up to 23 % off.
 TEST(PatchResolution, FewNodesUnderAToolAreRightOrExtrapolated) {
   int valid = 0, flagged = 0;
@@ -365,7 +365,7 @@ TEST(StrainResolution, ABeamWithTooFewElementsIsExtrapolated) {
   }
 }
 
-// A block, a pad and a long bar that is held along its side do not bend under a finger.
+// A block, a pad and a long bar that is fixed along its side do not bend under a finger.
 TEST(StrainResolution, WhatDoesNotBendIsLeftAlone) {
   for (const Kind& kind : Kinds()) {
     for (const Box& box : {Box{.cells = {6, 6, 6}}, Box{.size = {4, 4, 0.5}, .cells = {16, 16, 2}},
@@ -398,7 +398,7 @@ TEST(StrainResolution, PureBendingIsExactWithTenNodes) {
   EXPECT_GT(strain.Softness(u, {}), 0.01);
 }
 
-// The estimate does not depend on size, and rotations of the whole body count for nothing.
+// The estimate does not depend on size, and rotations of the whole body have no effect.
 TEST(StrainResolution, IsTheSameAtEverySizeAndTurned) {
   double first = 0;
   for (const double size : {1.0, 1e-6, 1e3}) {

@@ -22,7 +22,7 @@
 namespace palpate {
 namespace {
 
-// A client with a socket of its own.
+// A client with its own socket.
 class Client {
  public:
   explicit Client(const Endpoint& endpoint) : fd_(socket(AF_INET, SOCK_STREAM, 0)) {

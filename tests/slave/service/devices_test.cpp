@@ -25,7 +25,7 @@ v1::ImageSample Image(int i) {
   return sample;
 }
 
-// Feeds `samples` on a stream of its own.
+// Feeds `samples` on a separate stream.
 grpc::Status Feed(v1::Teleoperation::Stub& stub, const std::vector<v1::ImageSample>& samples,
                   v1::FeedImagesReply* reply) {
   CallContext context;

@@ -1,4 +1,4 @@
-// Operate beside which states and commands travel by datagram.
+// Tests Operate with states and commands that are also sent by datagram.
 #include <atomic>
 #include <cmath>
 #include <functional>

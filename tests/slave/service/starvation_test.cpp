@@ -21,7 +21,7 @@ class StarvationTest : public ServiceTest {
   }
 };
 
-// Streams of the reflection service that say nothing: each holds a thread of the pool.
+// Silent streams of the reflection service, each of which occupies a thread of the pool.
 class IdleStreams {
  public:
   IdleStreams(const std::string& address, int count) {

@@ -166,7 +166,7 @@ TEST(TipTrackerTest, WhatLiesOverTheToolDoesNotMoveTheTip) {
   }
 }
 
-// Two tools that look the same: to say which one is ours would be a guess.
+// Two tools look the same, so the tip is reported as lost.
 TEST(TipTrackerTest, ASecondPlaceAsGoodMeansLost) {
   TestImage painting = WithTool({160, 120});
   painting.noise = 0;

@@ -87,7 +87,7 @@ TEST(ToolEnd, OfARoundToolIsItsApex) {
   }
 }
 
-// A video that begins when the tool has left its home.
+// A video that begins after the tool has left its home.
 TEST(ToolEnd, IsMissedWhereTheToolGoesOn) {
   const cv::Mat image = BarEndingAt({60, 90}, 17);
   const GreyFormat format(image);

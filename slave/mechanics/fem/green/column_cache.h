@@ -28,7 +28,7 @@ class Hash {
 // another problem count as absent. If the folder cannot be written, nothing is stored.
 class ColumnCache {
  public:
-  // Without a folder nothing is stored or found.
+  // Without a folder it stores and finds no data.
   ColumnCache() = default;
   ColumnCache(const std::filesystem::path& folder, std::uint64_t hash);
 

@@ -13,7 +13,7 @@ namespace palpate {
 
 class SolidMotion {
  public:
-  // Keeps references to the equilibrium and the state, to whose balance it adds the inertia.
+  // Stores references to the equilibrium and the state, to whose balance it adds the inertia.
   // `density`: divided by E and multiplied by the square of the length unit [s^2].
   SolidMotion(const FemOptions& options, const BlockLayout& layout, const ElasticBody& body,
               double density, Equilibrium& equilibrium, SolidState& state);

@@ -17,7 +17,7 @@ struct SolidState {
   Eigen::VectorXd loads;           // gravity included
   std::vector<double> row_target;  // prescribed displacements of moved points
 
-  // At rest, and nothing holds a moved point.
+  // Resets to rest without moved points.
   void Rest() {
     x.setZero();
     balance.row_force.setZero();

@@ -1,4 +1,4 @@
-// The server as strangers meet it: other hosts and origins, nonsense, floods.
+// Tests the server with hostile clients: other hosts and origins, invalid data, floods.
 #include <thread>
 
 #include <gmock/gmock.h>

@@ -1,4 +1,4 @@
-// The server as a page meets it.
+// Tests the server from the view of a page.
 #include "master/station/server/page_server.h"
 
 #include <atomic>
@@ -174,7 +174,7 @@ class PageSetupTest : public testing::Test {
        [this](const std::string& call, const std::string& json,
               const PageServer::Listener::Done& done) {
          ++calls_;
-         slave_ = std::jthread([=] {  // answers later and on a thread of its own, as a slave does
+         slave_ = std::jthread([=] {  // answers later and on a separate thread, like a slave
            done(call == "propose" ? 200 : 409,
                 R"({"call":")" + call + R"(","bytes":)" + std::to_string(json.size()) + "}");
          });

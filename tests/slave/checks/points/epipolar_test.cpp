@@ -17,7 +17,7 @@ namespace {
 using Eigen::Vector2d;
 using Eigen::Vector3d;
 
-constexpr double kNoise = 0.01;  // of a place in an image, per axis [px]
+constexpr double kNoise = 0.01;  // noise of an image position, per axis [px]
 constexpr int kRest = 10;
 constexpr double kPeriod = 1.0 / 30;  // [s]
 
@@ -61,8 +61,8 @@ class Watched {
     check_.Examine({{}, {}, *seen}, &findings);
     return findings.verdict.check;
   }
-  // The first flag of a press to 5 mm in 20 images, held for as many; the right image is
-  // `late` images late.
+  // Returns the first flag during a press to 5 mm in 20 images and a hold of 20 images; the right
+  // image is `late` images late.
   FailedCheck Press(int late) {
     const auto depth = [](int image) { return 2.5e-4 * std::clamp(image, 0, 20); };
     for (int i = 0; i < 40; ++i) {

@@ -218,7 +218,8 @@ TEST(FemModel, LongSearchesTellHowFarTheyAreAndStop) {
   }
 }
 
-// Law: press the cube flat and further: the elements inside out are counted, the answer flagged.
+// Law: if the cube is pressed flat and further, inverted elements are counted and the answer is
+// flagged.
 TEST(FemModel, InversionIsFlaggedAndRecoveredFrom) {
   const SolidMesh mesh = Block(3);
   FemModel model(mesh, OnFloor(mesh), solids::Foam());

@@ -78,7 +78,7 @@ TEST(FemGreenModel, ABodyFromAFullCacheNeedsNoFactor) {
   }
 }
 
-// Contacts of another width than the cache's are answered as ever.
+// Contacts with another width than the cache's are still answered.
 TEST(FemGreenModel, TheCacheOfAnotherWidthIsNotTaken) {
   const Body body = Beam(0.02, 6);
   const Scratch scratch;
@@ -162,7 +162,7 @@ TEST(FemGreenModel, RefusesWhatCannotBeModelled) {
                 for (auto& held : body->held) held = {false, false, true};
               }),
               HasSubstr("free to move"));
-  EXPECT_THAT(refusal([](Body* body) {  // a second part that nothing holds
+  EXPECT_THAT(refusal([](Body* body) {  // a second part without supports
                 const int first = static_cast<int>(body->mesh.nodes.size());
                 body->mesh.nodes.insert(body->mesh.nodes.end(),
                                         {{1, 0, 0}, {2, 0, 0}, {1, 1, 0}, {1, 0, 1}});

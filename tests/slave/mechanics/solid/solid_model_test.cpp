@@ -1,4 +1,4 @@
-// SolidModel against discrete answers that have one solution, and its promises as a model.
+// Compares SolidModel with discrete reference solutions, and tests its requirements as a model.
 #include "slave/mechanics/fem/solid/solid_model.h"
 
 #include <stdexcept>

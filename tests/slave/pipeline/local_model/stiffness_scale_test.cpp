@@ -28,7 +28,7 @@ TEST(CompareForcesTest, OnlyFiniteForcesAboveZeroTell) {
   EXPECT_EQ(CompareForces(1, 0, 1e3).ratio, 0.25);
 }
 
-// Reference: the ratio itself, linear in depth. Noise of 1 %: a sixth of it is left after forty
+// Reference: the ratio itself, linear in depth. Of noise of 1 %, a sixth remains after forty
 // presses of a hundred samples.
 TEST(RatioByDepthTest, LearnsARatioThatChangesWithDepthThroughNoise) {
   StiffnessScale ratio(kFull, kRate, kSpread);
@@ -54,8 +54,8 @@ TEST(RatioByDepthTest, AForceThatDrownsInItsErrorHasNoSay) {
   EXPECT_LT(ratio.At(4e-3).ratio, 1.002);  // 5 times the spread's 0.1^2 by 6^2
 }
 
-// An estimate at a large depth holds at small depths, too, until one exists there: then each keeps
-// its own.
+// An estimate at a large depth holds at small depths, too, until one exists there: then each depth
+// range keeps its own value.
 TEST(RatioByDepthTest, DepthsNotEstimatedFollowTheirNeighbours) {
   StiffnessScale ratio(kFull, kRate, kSpread);
   for (int i = 0; i < 60; ++i) ratio.Learn(kFull, {0.9, 0.01, true});

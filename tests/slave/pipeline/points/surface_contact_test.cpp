@@ -68,8 +68,8 @@ Scene WatchedScene() {
   return scene;
 }
 
-// The tip beside the membrane's centre at a depth, and a real membrane that is softer there than
-// the model has it.
+// The tip is pressed in beside the membrane's centre, and the real membrane is softer there than
+// the model.
 class RenderedMembraneTest : public ::testing::Test {
  protected:
   static constexpr double kSofter = 0.9;
@@ -84,7 +84,7 @@ class RenderedMembraneTest : public ::testing::Test {
     const LocalModel local = estimator().LocalAt(TipAt(depth));
     return (local.force + local.stiffness * (local.reference - TipAt(depth))).z();
   }
-  // Dots under `share` of the force that the model has at that depth.
+  // Returns the dots under `share` times the model's force at that depth.
   SurfaceObservation Dots(double depth, double share, double sigma = kSigma) {
     return DotsUnder(FinerPlate(), TipAt(0).head<2>(), -share * Modelled(depth), sigma, &random_);
   }

@@ -48,7 +48,7 @@ class Truth {
   void Press(const std::vector<Pressure>& pressures) {
     u_ = DisplacementsUnder(pressures, kTool, membrane_);
   }
-  // The place of the surface over x, y of O.
+  // Returns the surface point above x, y of O.
   [[nodiscard]] Vector3d Over(double x, double y) const {
     const double z = std::sqrt(1 - Vector2d(x / kAxes.x(), y / kAxes.y()).squaredNorm());
     return {x, y, kInflation - kAxes.z() + kAxes.z() * z};
@@ -155,8 +155,8 @@ class DomedSceneTest : public ::testing::Test {
   PointsSense sense_;
 };
 
-// Reference: the force that pressed a membrane of finer triangles. Tolerance: 3 % that triangles of
-// a third of the tool cost, and three sigma; the place to a fifth of the tool.
+// Reference: the force on a membrane of finer triangles. Tolerance: 3 % for triangles of a third of
+// the tool, plus three sigma; for the position a fifth of the tool.
 TEST_F(DomedSceneTest, APressIsEstimatedAnywhere) {
   for (const Vector2d& at : {Vector2d(0, 0), Vector2d(-0.02, 0.01), Vector2d(0.025, -0.012)}) {
     const Vector3d p_O = truth_.Over(at.x(), at.y());
