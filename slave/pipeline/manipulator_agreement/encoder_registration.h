@@ -56,7 +56,7 @@ class EncoderRegistration {
   // Drift of the offset per image, of the tip's sigma [-]. [tuned: late]
   static constexpr double kDrift = 0.01;
   // Scale error of encoders, prior sigma [-]. [tuned:
-  // ABumpIsTheCamerasAndAShiftTheObjectsWhateverTheTipDoesThen]
+  // DistinguishesCameraBumpsFromObjectShifts]
   static constexpr double kScaleSigma = 0.05;
   static constexpr double kAnyOffset = 1;  // prior sigma [m]
 

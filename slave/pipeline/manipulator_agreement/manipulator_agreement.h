@@ -81,7 +81,7 @@ class ManipulatorAgreement {
   // Log-likelihood ratio at which a hypothesis is accepted: ln 10^4 [-]. [by definition]
   static constexpr double kDecisionRatio = 9.2;
   // Largest part of it that one image contributes: three images must agree [-]. [tuned:
-  // ABumpIsTheCamerasAndAShiftTheObjectsWhateverTheTipDoesThen]
+  // DistinguishesCameraBumpsFromObjectShifts]
   static constexpr double kMaxPerImage = kDecisionRatio / 3;
 
   // Largest deviation that image noise explains [sigma]. [tuned: late]

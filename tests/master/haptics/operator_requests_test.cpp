@@ -69,7 +69,7 @@ TEST_F(OperatorRequestsTest, AClutchThatClosesEngagesAgainWithoutMovingTheTool) 
   EXPECT_NEAR((rig_.slave.tip() - tip).norm(), 0, 1e-12);
 }
 
-TEST_F(OperatorRequestsTest, AnotherRenderingWaitsUntilNobodyFeelsIt) {
+TEST_F(OperatorRequestsTest, AnotherRenderingWaitsUntilNoForceIsRendered) {
   rig_.requests.render = RenderMode::kHold;
   rig_.Run(puppet_, 0.1);
   EXPECT_EQ(rig_.loop.record().render, RenderMode::kLocal);

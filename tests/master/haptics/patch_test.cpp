@@ -54,7 +54,7 @@ INSTANTIATE_TEST_SUITE_P(RoundTrips, DelayTest, testing::Values(0.0, 0.05, 0.1, 
 
 // Outside the patch the plane of the states is used, without a step of the force, and this is
 // reported.
-TEST(PatchTest, OffThePatchThePlaneGoesOn) {
+TEST(PatchTest, OutsideThePatchThePlaneIsUsed) {
   Rig rig({.K = kK}, RenderMode::kLocal, 100);
   rig.patches.Put(WallPatch(kK, 1));
   Puppet puppet;

@@ -53,7 +53,7 @@ TEST(SessionTest, CountsEveryPeriodAndEndsWithTheForceAtZero) {
 }
 
 // The thread that displays the session is waiting for another answer of the slave.
-TEST(SessionTest, AStopWaitsForNobody) {
+TEST(SessionTest, AStopDoesNotWaitForOtherCalls) {
   Beside beside;
   Puppet puppet;
   SessionOptions options;

@@ -51,7 +51,7 @@ class ObserverTest : public testing::Test {
 };
 
 // Reference: the fake's triangle, whose first corner is displaced by half a metre.
-TEST_F(ObserverTest, TheNewestMeshIsThereAndNobodyComputesItForNobody) {
+TEST_F(ObserverTest, MeshesAreComputedOnlyWhileTheyAreRead) {
   slave_.TakeSample();
   EXPECT_EQ(slave_.shapes_computed(), 0);
   Observer observer(To(server_->address()), {});
@@ -77,7 +77,7 @@ TEST_F(ObserverTest, TheNewestMeshIsThereAndNobodyComputesItForNobody) {
   EXPECT_EQ(observer.mesh()->LargestDeflection(), 0.5) << "the last one stays";
 }
 
-TEST_F(ObserverTest, StopsAtOnceWhereNobodyIsAndTwiceIsFine) {
+TEST_F(ObserverTest, StopsAtOnceWithoutASlaveAndMayBeStoppedTwice) {
   const std::string address = server_->address();
   server_.reset();
   Observer observer(To(address), {});
@@ -145,7 +145,7 @@ TEST_F(ObserverTest, MeshesThatCannotBeAreCountedReportedAndNeverHandedOn) {
   EXPECT_THAT(observer.mesh_stats().trouble, HasSubstr("a mesh was rejected: rest is absent"));
 }
 
-TEST_F(ObserverTest, ImagesComeWithOverlaysAndNobodyMakesThemForNobody) {
+TEST_F(ObserverTest, ImagesHaveOverlaysAndAreMadeOnlyWhileTheyAreRead) {
   slave_.TakeSample();
   EXPECT_EQ(slave_.images_taken(), 0);
   Observer observer(Line(), {});

@@ -355,7 +355,7 @@ v1::DatagramOffer OfferOf(unsigned port, std::size_t command_key, std::size_t st
 
 // A firewall blocks datagrams, or a slave offers an impossible port: the stream continues, and this
 // is reported.
-TEST_F(DatagramLinkTest, WhereNoneComeThroughTheStreamGoesOnAndItIsReported) {
+TEST_F(DatagramLinkTest, WithoutDatagramsTheStreamContinuesAndThisIsReported) {
   constexpr unsigned kNobody = 9, kBeyond = 65536 + 9;
   struct Pair {
     explicit Pair(const v1::DatagramOffer& offer) : slave(Offers(offer)) {}
@@ -384,7 +384,7 @@ TEST_F(DatagramLinkTest, WhereNoneComeThroughTheStreamGoesOnAndItIsReported) {
 }
 
 // States of seconds ago, of another session, of after the end: none of them is rendered.
-TEST_F(DatagramLinkTest, NoDatagramTellsWhatIsOldOrAfterTheEnd) {
+TEST_F(DatagramLinkTest, OldAndLateDatagramsAreIgnored) {
   const DatagramLine::Keys keys{*DatagramKeyFrom(std::string(32, 's')),
                                 *DatagramKeyFrom(std::string(32, 'c'))};
   sockaddr_storage at{};

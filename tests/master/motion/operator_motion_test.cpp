@@ -236,7 +236,7 @@ TEST(OperatorMotionTest, ALostSurfaceReleasesNoJump) {
   EXPECT_NEAR(last, -0.001, 1e-15) << "it catches up";
 }
 
-TEST(OperatorMotionAllocationTest, ATickTakesNothingFromTheHeap) {
+TEST(OperatorMotionAllocationTest, ATickDoesNotAllocate) {
   std::mt19937_64 random(10);
   MotionOptions options;
   options.ParseLocks("z");

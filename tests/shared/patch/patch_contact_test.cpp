@@ -54,7 +54,7 @@ TEST(PatchContactTest, TheLawScalesTheForceByDepth) {
   }
 }
 
-TEST(PatchContactTest, BesideThePatchNothingIsServed) {
+TEST(PatchContactTest, OutsideThePatchThereIsNoForce) {
   PatchContact contact = On(Roof(kK, 0, 3));
   EXPECT_TRUE(Press(&contact, 0.03, 2e-3).isZero(0));
   EXPECT_FALSE(contact.serves());
@@ -121,12 +121,12 @@ TEST(PatchContactTest, TwoToolsShareWhatTheyPress) {
 
 // Reference: complementarity. The other tool does not touch the surface that the deeper tool has
 // moved away from it.
-TEST(PatchContactTest, AToolWhoseSurfaceIsPressedAwayByAnotherFeelsNothing) {
+TEST(PatchContactTest, AToolWhoseSurfaceIsPressedAwayByAnotherHasNoForce) {
   PatchContact contact = On(TwoTools(0.9));
   EXPECT_TRUE(Press(&contact, 0.02 * (1 - 1e-6), 0.5e-3).isZero(0));
 }
 
-TEST(PatchContactTest, NothingAllocatesAndNothingThatIsNoNumberIsShown) {
+TEST(PatchContactTest, DoesNotAllocateAndReturnsFiniteForces) {
   PatchRender render;
   const SurfacePatch one = TwoTools(0.5);
   SurfacePatch other = one;
@@ -184,7 +184,7 @@ TEST(PatchContactTest, ASurfaceThatMovesIsCarriedOn) {
 
 // Reference: a passive spring. On any closed path that begins and ends outside, it returns no more
 // energy than it received.
-TEST(PatchContactTest, AClosedWayGivesNothing) {
+TEST(PatchContactTest, AClosedPathDeliversNoEnergy) {
   for (const int directions : {1, 3}) {
     PatchContact contact = On(Roof(kK, 0, directions, 0.1));
     Vector3d p(0.012, 1e-3, 0), force = contact.ForceAt(p, 1, 1);

@@ -186,7 +186,7 @@ TEST_F(ImageInboxTest, OrderAndPaceAreKept) {
 
 // Reference: arithmetic. 100 images per second are allowed, and after a silence of 5 s once as many
 // as fit into it.
-TEST(PaceLimitTest, WhatASilenceHeldUpIsAllowedAndAFloodIsNot) {
+TEST(PaceLimitTest, ABurstAfterASilenceIsAllowedAFloodIsNot) {
   const auto allowed = [](PaceLimit& pace, Time now, double apart) {
     int count = 0;
     for (; count < 10000 && pace.Allows(now); ++count) now += Seconds(apart);

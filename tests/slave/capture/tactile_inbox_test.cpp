@@ -301,7 +301,7 @@ TEST(TactileInboxTest, AFingerHasOneSenderUntilItIsSilentForASecond) {
 
 // A sender with one sample per 0.9 s or with repeated samples does not keep the finger: the driver
 // at 100 Hz is accepted within ten of its periods and stays.
-TEST(TactileInboxTest, WhoSendsNowAndThenKeepsNoDriverOut) {
+TEST(TactileInboxTest, ARareSenderDoesNotBlockADriver) {
   TactileInbox inbox(Scened({"rf"}));
   const auto takes = [&](double sensed, double t, TactileInbox::SenderId sender) {
     return !inbox.Feed("rf", 0, At(sensed), Reading(t), At(t), sender);

@@ -59,7 +59,7 @@ TEST(CheckStereoTest, AutoFollowsThePress) {
       HasSubstr("model          plate: auto: plate, as in the scene: the cheapest that meets"));
 }
 
-TEST(CheckStereoTest, WhatMovesAsAWholeTellsNoForce) {
+TEST(CheckStereoTest, ARigidlyMovingTargetHasNoForce) {
   const std::string output = OutputOf(kScenes / "heart-target.yaml");
   EXPECT_THAT(output, HasSubstr("none: the object has no fixed boundary"));
   EXPECT_THAT(output, HasSubstr("up to 31 windows of 31 px"));

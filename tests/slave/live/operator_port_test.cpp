@@ -89,7 +89,7 @@ TEST_F(OperatorPortTest, ClutchingNeitherMovesNorTurnsTheSlave) {
   EXPECT_GT(arm_.turns, 2000);
 }
 
-TEST_F(OperatorPortTest, WhatHoldsTheTipHoldsTheRotation) {
+TEST_F(OperatorPortTest, AHeldTipHasAHeldRotation) {
   arm_.rotation = Eigen::Quaterniond::Identity();
   OperatorCommand command = Next({0, 0, 0});
   command.R_M_device = Eigen::Quaterniond::Identity();
@@ -295,7 +295,7 @@ TEST_F(GuardedPortTest, AnUnknownForceHoldsTheToolWhateverTheEpochOrLease) {
 
 // The link from the slave to the master has failed, the other direction works: commands arrive that
 // acknowledge no newer state.
-TEST_F(GuardedPortTest, AnOperatorWhoFeelsNothingIsHeld) {
+TEST_F(GuardedPortTest, AnOperatorWithoutNewStatesIsHeld) {
   const auto tell = [this](std::uint64_t state) {
     OperatorCommand command = Next({0, 0, 0}, true, epoch_);
     command.state_sequence = state;

@@ -366,7 +366,7 @@ TEST(StrainResolution, ABeamWithTooFewElementsIsExtrapolated) {
 }
 
 // A block, a pad and a long bar that is fixed along its side do not bend under a finger.
-TEST(StrainResolution, WhatDoesNotBendIsLeftAlone) {
+TEST(StrainResolution, BodiesThatDoNotBendAreNotFlagged) {
   for (const Kind& kind : Kinds()) {
     for (const Box& box : {Box{.cells = {6, 6, 6}}, Box{.size = {4, 4, 0.5}, .cells = {16, 16, 2}},
                            Box{.size = {5, 1, 1}, .cells = {20, 4, 4}}}) {

@@ -84,7 +84,7 @@ TEST_F(SignalModelTest, AnElectrodeThatDeviatesIsReplacedByTheOthers) {
   }
 }
 
-TEST_F(SignalModelTest, WhatAllElectrodesDriftTogetherIsTakenOff) {
+TEST_F(SignalModelTest, TheCommonDriftOfAllElectrodesIsRemoved) {
   for (int i = 0; i < 300; ++i) {
     TactileSignals change = Contact(0, 100);
     for (std::size_t e = 0; e < kElectrodeCount; ++e) change[e] += 10;

@@ -59,7 +59,7 @@ TEST_F(PageServerTest, ServesThePageAndNothingFromElsewhere) {
   }
 }
 
-TEST_F(PageServerTest, TellsANewPageWhatIsOnTheBoardAndThenWhatIsNew) {
+TEST_F(PageServerTest, SendsANewPageTheBoardAndThenNewMessages) {
   Put(Topic::kHello, "hello");
   Put(Topic::kImage, "an image");
   PageClient page(server_.endpoint());
@@ -110,7 +110,7 @@ std::string Count(std::uint32_t taken) {
 }
 
 // A browser keeps reading while its page is busy; data that the page cannot use is not sent.
-TEST_F(PageServerTest, APageThatSaysWhatItTookGetsTheNewestNext) {
+TEST_F(PageServerTest, APageThatConfirmsReceiptGetsTheNewestNext) {
   constexpr int kAhead = 8;
   PageClient page(server_.endpoint());
   ASSERT_THAT(page.Upgrade(Host(), Origin()), HasSubstr("101"));
@@ -140,7 +140,7 @@ TEST_F(PageServerTest, ACountThatIsNoneEndsTheLineWithTheReason) {
   }
 }
 
-TEST_F(PageServerTest, TellsWhoLeft) {
+TEST_F(PageServerTest, ReportsPagesThatLeft) {
   {
     PageClient page(server_.endpoint());
     ASSERT_THAT(page.Upgrade(Host(), Origin()), HasSubstr("101"));

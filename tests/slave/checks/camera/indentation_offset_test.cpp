@@ -31,7 +31,7 @@ TEST(IndentationOffset, NothingIsKnownBeforeTheFirstImage) {
 }
 
 // Reference: the offset in the data. Tolerance: 3 sigma.
-TEST(IndentationOffset, IsWhatTheDepthIsAheadOfTheIndentation) {
+TEST(IndentationOffset, IsTheExcessOfDepthOverIndentation) {
   for (const double offset : {-3.0, -1.0, 0.0, 1.0, 3.0}) {
     const IndentationOffset fit = Press(0, offset, 14, 1);
     EXPECT_NEAR(fit.value(), offset, 3 * fit.sigma()) << offset;

@@ -131,7 +131,7 @@ TEST(EpipolarCheckTest, ImagesOfDifferentInstantsAreFlaggedWhileThePressMoves) {
 // timestamps do not show. The stated noise of 40 pairs leaves an uncertainty of 0.02 image periods.
 // Tolerance: the speed is that of half an image earlier, which changes the result by up to a
 // quarter.
-TEST(EpipolarCheckTest, TheMomentIsAsSureAsStampsAgreeWithWhatMoves) {
+TEST(EpipolarCheckTest, TheTimesSigmaFollowsFromTimestampErrors) {
   for (const double late : {0.0, 0.08, -0.08}) {
     for (const double reported : {0.0, 0.08, -0.08}) {
       Watched watched;
@@ -146,7 +146,7 @@ TEST(EpipolarCheckTest, TheMomentIsAsSureAsStampsAgreeWithWhatMoves) {
   }
 }
 
-TEST(EpipolarCheckTest, StampsThatAreFarFromWhatMovesAreFlagged) {
+TEST(EpipolarCheckTest, WrongTimestampsAreFlagged) {
   Watched watched;
   watched.reported_late = -0.15;
   watched.Rest();

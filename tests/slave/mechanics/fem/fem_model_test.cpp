@@ -232,7 +232,7 @@ TEST(FemModel, InversionIsFlaggedAndRecoveredFrom) {
   EXPECT_EQ(back.validity, Validity::kValid);
 }
 
-TEST(FemModel, RefusesWhatMakesNoSense) {
+TEST(FemModel, RefusesInvalidParameters) {
   using P = FemModel::Params;
   const std::vector<std::pair<void (*)(SolidMesh*, P*), const char*>> mistakes{
       {[](SolidMesh*, P* p) { p->material.poisson_ratio = 0.5; }, "poisson_ratio = 0.5"},

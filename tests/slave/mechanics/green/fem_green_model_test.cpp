@@ -93,7 +93,7 @@ TEST(FemGreenModel, TheCacheOfAnotherWidthIsNotTaken) {
 }
 
 // Law: an answer depends on the contact, not on earlier contacts.
-TEST(FemGreenModel, WhatTouchedFirstDoesNotDecideTheFlag) {
+TEST(FemGreenModel, TheFlagDoesNotDependOnEarlierContacts) {
   const Body body = Beam(0.02, 6);
   const Vector3d middle(0.1, 0.01, 0.01), rim(0.1, 0.002, 0.019);
   const std::vector<Contact> contacts{Move(middle, {-1e-5, 0, 0}, 0.04), Move(rim, {-1e-5, 0, 0}),

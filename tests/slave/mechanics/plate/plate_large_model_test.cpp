@@ -240,7 +240,7 @@ TEST(PlateLargeModel, CanBeInterruptedAndRefusesImpossibleParams) {
 }
 
 // Plates with the same parameters share a computed solution; other plates do not use it.
-TEST(ShortWaves, AreWorkedOutOnceForPlatesThatAreAlike) {
+TEST(ShortWaves, AreComputedOnceForEqualPlates) {
   const auto waves = plate::ShortWaves::Of(6, 0.3, 0.1, 0.05);
   EXPECT_EQ(plate::ShortWaves::Of(6, 0.3, 0.1, 0.05), waves);
   const auto tighter = plate::ShortWaves::Of(6, 0.3, 0.2, 0.05);

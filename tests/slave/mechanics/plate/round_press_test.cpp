@@ -69,7 +69,7 @@ TEST(RoundPress, TheStiffnessIsTheSlopeOfTheForce) {
   }
 }
 
-TEST(RoundPress, ReturnsToRestAndFindsItsWayFromAnywhere) {
+TEST(RoundPress, ConvergesFromAnyState) {
   RoundPress press(0.45, 0);
   ASSERT_TRUE(press.SolveDeflection(7));
   const double F = press.force();

@@ -233,7 +233,7 @@ class MotionOwnerTest : public testing::Test {
   double t_ = 0;
 };
 
-TEST_F(MotionOwnerTest, ABumpIsTheCamerasAndAShiftTheObjectsWhateverTheTipDoesThen) {
+TEST_F(MotionOwnerTest, DistinguishesCameraBumpsFromObjectShifts) {
   const auto step = [](double /*t*/) { return Vector3d(0, 1.5e-3, 0); };
   Run(2, Nothing, Nothing);
   Run(20, Nothing, step);

@@ -172,7 +172,7 @@ TEST_F(PatchPublisherTest, TheLawIsReportedAgainWhereAHandWouldFeelTheDifference
 }
 
 // Each single force is within two sigma of the rendered one; many of them determine the ratio.
-TEST_F(PatchPublisherTest, WhatManyUnsureForcesTaughtIsReportedWithinThePress) {
+TEST_F(PatchPublisherTest, ACurveLearntFromManyForcesIsSentDuringThePress) {
   Get();
   Update(0, -1e-3, 1);
   for (const auto& [ratio, revision] : {std::pair(1.05, 1U), {1.15, 2U}, {1.2, 2U}}) {

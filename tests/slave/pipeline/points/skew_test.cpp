@@ -127,7 +127,7 @@ TEST(SkewTest, CamerasApartAreRightOrNotValid) {
 
 // Without this check 21 of 60 forces were `valid` with errors of up to 10 % of the largest force,
 // because their true time differed from the stated one by 5 ms.
-TEST(SkewTest, StampsThatLieMakeTheForceLessSure) {
+TEST(SkewTest, WrongTimestampsIncreaseTheForcesSigma) {
   ExpectRightOrNotValid({60e-3}, {{5e-3, -5e-3}});
 }
 
@@ -143,7 +143,7 @@ TEST(Long, EveryRow) {
 
 // The right image is late while its timestamp shows no delay, or a delay of the opposite sign of up
 // to the shipped `sync`; or timestamps vary.
-TEST(Long, EveryLie) {
+TEST(Long, AllWrongTimestamps) {
   std::vector<Skew> skews;
   for (const double skew : {1e-3, 2e-3, 5e-3, 10e-3, 20e-3, 40e-3, -5e-3, -10e-3, -40e-3}) {
     skews.push_back({skew, 0});

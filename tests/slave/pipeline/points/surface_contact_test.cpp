@@ -149,7 +149,7 @@ TEST_F(RenderedMembraneTest, FlaggedAndStrangeLoadsTeachNothing) {
 
 // The image is older than the tip, so during the indentation the estimated force belongs to a
 // smaller depth. At 20 mm/s and a whole period, 0.67 mm, the ratio would fall to 0.7.
-TEST_F(RenderedMembraneTest, ATipOnItsWayTeachesLittle) {
+TEST_F(RenderedMembraneTest, AMovingTipHasLittleWeightInLearning) {
   constexpr double kStep = 0.02 / 30;
   for (int press = 0; press < 3; ++press) {
     for (double depth = kStep; depth < 4.5e-3; depth += kStep) {

@@ -84,7 +84,7 @@ Vector2d Beside(double radii) {
 // The allowed error is 5 % of the force, or 1 % of the force at 5 mm. At every half millimetre, at
 // the centre and beside it, the force found with von Karman's plate from the dots of the
 // neo-Hookean membrane must be within half of this. Measured: -1.8 to 2.6 %.
-TEST(MembraneLaws, DotsTellTheForceOfTheOtherLaw) {
+TEST(MembraneLaws, DotsDetermineTheForceOfTheOtherLaw) {
   for (const double radii : {0.0, 0.3, 0.5, 0.7}) {
     const auto all = Compare(1e-3, 0.004, Beside(radii), 0.5e-3);
     ExpectStated(all);

@@ -28,7 +28,7 @@ GroundRing Ring(double shared) {
 
 // Reference: noise of two levels common to a sector plus two levels for each of its 14 pixels gives
 // a squared mean of 4 + 4 / 14; independent pixels with the same variance, 8, would give 8 / 14.
-TEST(GroundRing, WhatNeighboursShareIsSeen) {
+TEST(GroundRing, CorrelatedNoiseOfNeighboursIsDetected) {
   GroundRing ring = Ring(2);
   ASSERT_TRUE(ring.Fit());
   EXPECT_GT(ring.unevenness(), 4);

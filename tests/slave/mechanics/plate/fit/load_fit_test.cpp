@@ -236,7 +236,7 @@ class UnreliablePlate final : public PlateSurface {
 // Reference: the fit without the finer plate. Its derivatives may be from the previous step, so
 // that the covariances agree within a few percent; with derivatives of the finer plate they would
 // be a ninth.
-TEST(LoadFit, WhatTheFinerPlateFailedToFindIsJudgedByTheCoarseOne) {
+TEST(LoadFit, WithoutAFineSolutionTheCoarseOneIsUsed) {
   PlateLargeModel plate({kRadius, kThickness, kModulus, kNu});
   UnreliablePlate finer;
   LoadFitter fitter(plate, {0.004}, &finer);
