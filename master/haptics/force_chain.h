@@ -58,7 +58,7 @@ class Reasons {
   std::uint32_t bits_ = 0;
 };
 
-// Joined by `+`; empty without a reason.
+// Returns the names of the reasons, joined by `+`; empty without a reason.
 std::string ToString(const Reasons& reasons);
 // Returns all reasons as text for people: `other epoch, fading`.
 std::string InWords(const Reasons& reasons);

@@ -14,7 +14,7 @@ namespace palpate {
 // Thread-safe.
 class SharedCamera {
  public:
-  // Opens a live camera. Throws as OpenFrameSource does.
+  // Opens a live camera. Throws the exceptions of OpenFrameSource.
   explicit SharedCamera(const Camera& camera);
   ~SharedCamera();
   SharedCamera(const SharedCamera&) = delete;

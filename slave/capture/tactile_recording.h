@@ -45,7 +45,8 @@ TactileRecording ReadTactileRecording(const std::filesystem::path& file,
                                       std::span<const std::string> wanted,
                                       const TactileChannels& channels = {});
 
-// The fingers that ReadTactileRecording would read; only the header is read. Throws as it does.
+// The fingers that ReadTactileRecording would read; only the header is read. Throws the same
+// exceptions.
 std::vector<RecordedFinger> ReadTactileFingers(const std::filesystem::path& file,
                                                std::span<const std::string> wanted,
                                                const TactileChannels& channels = {});

@@ -130,10 +130,9 @@ class LiveSlave final : public Slave {
 };
 
 // Creates the slave of the scene with manipulator and sensing. The samples of simulated sensors
-// come from palpate-simulator, see StreamSimulated. Throws as they do.
-// `state_folder`: see KeepStopIn; empty: an emergency stop ends with the process. `recorder`: of
-// the sensing, outlives the slave; null: none. `open`, `progress`: see
-// SenseInputs.
+// come from palpate-simulator, see StreamSimulated. Throws the same exceptions. `state_folder`: see
+// KeepStopIn; empty: an emergency stop ends with the process. `recorder`: of the sensing, outlives
+// the slave; null: none. `open`, `progress`: see SenseInputs.
 std::unique_ptr<LiveSlave> MakeLiveSlave(Scene scene,
                                          const std::filesystem::path& state_folder = {},
                                          SenseRecorder* recorder = nullptr,

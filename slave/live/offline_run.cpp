@@ -28,7 +28,7 @@ nlohmann::ordered_json StageJson(const StageTimes& times) {
   return {{"p50", times.p50_us}, {"p99", times.p99_us}, {"max", times.max_us}};
 }
 
-// Times in s.
+// The times are in s.
 nlohmann::ordered_json ToJson(const ModelDecision& decision) {
   auto rejected = nlohmann::ordered_json::array();
   for (const RejectedModel& one : decision.rejected) {

@@ -73,8 +73,7 @@ class SceneSetup {
   // std::invalid_argument with the mistakes, and std::runtime_error if it cannot be saved.
   virtual std::unique_ptr<PreparedScene> Prepare(const SceneProposal& proposal,
                                                  Progress* progress) = 0;
-  // The object's outline in `image` near the polygon `near` [px], as FindOutlineNear. Throws as it
-  // does.
+  // Calls FindOutlineNear: the object's outline in `image` near the polygon `near` [px].
   virtual FoundOutline FindOutline(const cv::Mat& image, CurveView near) = 0;
   // Throws std::runtime_error: the board is not in the last image, or calibration is not installed;
   // std::invalid_argument: the images.

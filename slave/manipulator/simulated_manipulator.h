@@ -12,7 +12,7 @@ namespace palpate {
 
 class SimulatedManipulator : public Manipulator {
  public:
-  // Throws as TipFollower does.
+  // Throws the exceptions of TipFollower.
   explicit SimulatedManipulator(const ManipulatorOptions& options) : follower_(options) {}
 
   bool Command(const Eigen::Vector3d& p_S_target) noexcept override {

@@ -25,7 +25,7 @@ namespace palpate {
 class StreamedManipulator final : public Manipulator {
  public:
   using Now = Time (*)();
-  // `now`: clock, replaced in tests. Throws as TipFollower does.
+  // `now`: clock, replaced in tests. Throws the exceptions of TipFollower.
   explicit StreamedManipulator(const ManipulatorOptions& options, Now now = &Clock::now);
 
   bool Command(const Eigen::Vector3d& p_S_target) noexcept override;

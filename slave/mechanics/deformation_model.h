@@ -44,7 +44,7 @@ struct Contact {
   }
 };
 
-// The most common reason.
+// The most common `flag_reason`.
 inline constexpr std::string_view kBeyondRange = "the displacement is beyond the model's range";
 
 // Response of one contact. Frame O.
@@ -64,7 +64,8 @@ struct ContactResponse {
   // Estimated error of the force [N], or of the displacement under a load [m], without the error of
   // the mesh; 0: not estimated. It is not a bound.
   double force_error = 0, displacement_error = 0;
-  bool takes_width = false;  // of a disc as wide as the contact, though the mesh has none such
+  // The response is that of a disc of the contact's width, although the mesh has no such disc.
+  bool takes_width = false;
 };
 
 // The nodes and cells of a displacement field. Frame O.
@@ -153,7 +154,7 @@ class DeformationModel {
  protected:
   virtual void ComputeResponses(std::span<const Contact> contacts,
                                 std::span<ContactResponse> responses) noexcept = 0;
-  // Under the contacts of the last ComputeResponses.
+  // Computes the displacements under the contacts of the last ComputeResponses.
   virtual void ComputeDisplacements(std::vector<Eigen::Vector3d>* u_O) = 0;
   virtual void ComputeTractions(std::vector<float>* /*pascals*/) {}
   // Planar models: the cover, and the displacements at its `places` inside under the same contacts,
@@ -177,7 +178,7 @@ class DeformationModel {
   // Discards the result of the last ComputeResponses.
   void Hide() { shown_ = 0; }
 
-  // False, and why.
+  // Stores the reason of a failure. Returns false.
   bool Fail(std::string_view why) {
     failure_ = why;
     return false;

@@ -96,7 +96,7 @@ inline double ErrorOf(const ContactResponse& response) {
 
 // Returns a remark on rows; empty: no remark.
 //
-// Rows that touch an outline or a volume at a point.
+// The remark is on rows that touch an outline or a volume at a point.
 std::string WidthRemark(const Scene& scene, const std::vector<SolveRow>& rows);
 // Returns a remark on rows that are farther from the surface than a hundredth of the object's size:
 // they act at its nearest point.

@@ -72,7 +72,7 @@ Ready& ReadyOf(int cells) {
   return ready;
 }
 
-// Best of some batches [s].
+// Time of an update in the fastest of 15 batches [s].
 double SecondsPer(DeformationModel& model, std::vector<Contact> contacts) {
   constexpr int kTimes = 2000;
   std::vector<ContactResponse> responses(contacts.size());

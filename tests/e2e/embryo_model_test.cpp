@@ -95,8 +95,8 @@ TEST_F(EmbryoModelTest, TheImagesModelIsAsStiffAsADiscOfItsSize) {
   EXPECT_NEAR(k / k_disc, 1, 0.15);
 }
 
-// The pipette of the image carried 30 px deep into the chorion in steps: stiffness times depth,
-// out of the embryo.
+// The image's pipette is moved 30 px into the chorion in steps. The force is stiffness times depth
+// and points out of the embryo.
 TEST_F(EmbryoModelTest, APipetteCarriedIntoTheChorionHasAForce) {
   const Scene scene = LoadScene(kOut / "embryo.yaml");
   Estimator estimator(scene, {image_, 1, {}}, std::nullopt);

@@ -49,7 +49,7 @@ TEST(Elastostatics2d, ARingIsRightUpToNuOneHalf) {
   EXPECT_GE(beyond, 3);
 }
 
-// --- the matrices themselves
+// --- tests of the matrices
 
 // Reference: the 2-norm condition of the mixed problem, 60 elements on a square of side 0.5; the
 // library estimates it in the 1-norm, for which 1/n <= cond_2 / cond_1 <= n; the test distinguishes

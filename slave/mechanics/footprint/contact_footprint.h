@@ -20,7 +20,7 @@ namespace palpate {
 struct MomentRule {
   // Places of a contact below which the moment of its force is unknown.
   std::size_t fewest = 4;
-  // Error of the moment by force times width over the number of places [-]. [tuned:
+  // Error of the moment, divided by (force times width / number of places) [-]. [tuned:
   // contact_moment_test]
   double spread = 0.5;
 };

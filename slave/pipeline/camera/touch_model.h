@@ -21,7 +21,8 @@ namespace palpate {
 
 // The part that SetModel replaces as a whole. One thread at a time; frame O.
 struct TouchModel final : PreparedModel {
-  // `found_outline`: in the image, for `contour: from-image`, else null. Throws like MakeModel.
+  // `found_outline`: in the image, for `contour: from-image`, else null. Throws the exceptions of
+  // MakeModel.
   TouchModel(const Scene& scene, std::shared_ptr<const Outline> found_outline, Progress* progress);
   // Uses a mesh whose model may exist already.
   TouchModel(const Scene& scene, BoundaryMesh outline, std::unique_ptr<DeformationModel> model,

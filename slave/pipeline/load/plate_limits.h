@@ -41,17 +41,16 @@ struct PlateLimits {
   // rest, 10 px: 2.3 % rms]
   static constexpr int kRestFrames = 5, kMaxRestFrames = 100;
 
-  // Uncertainty.
-  // Error of the plate's shape around a load by the depth [-]. [tuned:
+  // Uncertainty. Error of the plate's shape around a load, divided by the depth [-]. [tuned:
   // AnIndentationOfAnotherTensionIsFlaggedOrItsSigmaTellsIt]
   static constexpr double kLawsShape = 0.9e-3;
   // Weight of a new image in the scatter without contact [-]. [derived: the mean of about ten
   // images]
   static constexpr double kForgetsRest = 0.1;
-  // Number of points that has the same weight as the reported sigmas, and number of points with a
-  // common error if errors exceed the noise [-]. [recorded: 79.6 and 96.6 % of fifty random presses
-  // within one and two sigma]
-  static constexpr double kStated = 20, kTogether = 4;
+  // In the scatter of the points the reported sigmas count as kReportedWeight points. Errors beyond
+  // the noise are common to kPointsPerError points [-]. [recorded: 79.6 and 96.6 % of fifty random
+  // presses within one and two sigma]
+  static constexpr double kReportedWeight = 20, kPointsPerError = 4;
 };
 
 }  // namespace palpate

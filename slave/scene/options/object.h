@@ -133,7 +133,7 @@ struct Object {
 bool IsHeld(const Object& object);
 // The elastic object that a relaxing one becomes in the end: smaller moduli.
 Object Relaxed(Object object);
-// Young's modulus at a point, frame O, by that of the body [-].
+// Young's modulus at a point, frame O, divided by that of the body [-].
 double RelativeModulus(const Object& object, const Eigen::Vector3d& p_O);
 
 // --- tool

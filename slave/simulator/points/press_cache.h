@@ -35,7 +35,7 @@ class PressCache {
   static constexpr double kRaster = 1.0 / 13;  // between them, the same
 
   // The first contact is created here, its steps follow in the thread. Throws std::invalid_argument
-  // as PressedMembrane does.
+  // like PressedMembrane.
   explicit PressCache(const Plan& plan);
 
   // The largest radius at which contacts are solved [m].

@@ -174,7 +174,7 @@ std::vector<Eigen::AngleAxisd> DrawTurns(Dice* dice, const Tactile& tactile) {
   return turns;
 }
 
-// About the pads' apices, so that they stay where they touch.
+// Turns the fingers about the apices of their pads, so that the contact points do not move.
 void TurnFingers(const std::vector<Eigen::AngleAxisd>& turns, double radius, TactileFrame* frame) {
   const Eigen::Translation3d apex(0, 0, -radius);
   for (std::size_t i = 0; i < turns.size(); ++i) {

@@ -28,7 +28,7 @@ Alteration Reads(Change change) {
   alteration.touch = std::move(change);
   return alteration;
 }
-// Every present finger's reading.
+// Applies `each` to the reading of every finger that is present.
 template <typename Each>
 Change OfEach(const Each& each) {
   return [each](const Moment& moment, TactileFrame& frame) {

@@ -1,4 +1,4 @@
-// The master's line against a real server with a fake slave behind it.
+// Tests SlaveLink with a real gRPC server of a fake slave.
 #include "master/link/slave_link.h"
 
 #include <algorithm>

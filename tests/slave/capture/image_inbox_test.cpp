@@ -57,7 +57,7 @@ PushedImage Push(Encoding encoding, const std::string& data, int width = 0, int 
 
 class ImageInboxTest : public testing::Test {
  protected:
-  // A sample 1/30 s after the last, of a clock 50 s behind ours.
+  // Returns a sample 1/30 s after the last. The sender's clock is 50 s behind the slave's.
   PushedSample Sample(const PushedImage& image) {
     now_ += Seconds(1.0 / 30);
     PushedSample sample;

@@ -100,7 +100,7 @@ double DistanceByForce(const Vector3d& p, const std::array<Vector3d, 3>& abc) {
   return least;
 }
 
-// Anywhere around, and from the nodes, edges and faces themselves, on them and above them.
+// Returns random points around the surface, and points on and above its nodes, edges and faces.
 std::vector<Vector3d> Probes(const SurfaceMesh& surface, double scale, std::mt19937* random) {
   std::vector<Vector3d> probes;
   for (int i = 0; i < 60; ++i) probes.push_back(RandomVector(random, scale));

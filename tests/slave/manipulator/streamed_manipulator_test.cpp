@@ -91,7 +91,7 @@ class TurningArmTest : public StreamedManipulatorTest {
  protected:
   TurningArmTest() { Turn(0.1); }
 
-  // For `seconds`; the largest angular speed of a target [rad/s].
+  // Follows the targets for `seconds`. Returns their largest angular speed [rad/s].
   double Turn(double seconds) {
     double fastest = 0;
     for (double t = 0; t < seconds; t += kPeriod) {

@@ -69,8 +69,8 @@ Exact Harmonic(const Material& material) {
           }};
 }
 
-// f = ln r about `centre`: a source in a hole, the very field that the plain equations lose at
-// nu = 0.5.
+// The displacement of f = ln r about `centre`: a source in a hole. The plain equations lose this
+// field at nu = 0.5.
 Exact Source(const Material& material, const Vector2d& centre) {
   const double G = material.shear_modulus();
   return {[=](const Vector2d& p) -> Vector2d { return (p - centre) / (p - centre).squaredNorm(); },

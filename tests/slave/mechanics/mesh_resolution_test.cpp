@@ -318,7 +318,7 @@ TEST(StrainResolution, ABeamWithTooFewElementsIsExtrapolated) {
                                                 {10, 1}, {15, 1}, {20, 1}, {40, 1}, {1, 2}, {2, 2},
                                                 {3, 2},  {5, 2},  {10, 2}, {20, 2}, {10, 3}};
   for (const Kind& kind : Kinds()) {
-    // The first two over all of it, the others over some.
+    // The first two kinds are tested over all values, the others over some.
     const bool is_swept = &kind < &Kinds()[2];
     auto cells = coarse;
     if (kind.name == "fem-green") cells.emplace_back(40, 10);  // where four nodes do

@@ -120,7 +120,7 @@ TEST(FemMotion, TheClampedBarHasItsDiscreteEigenfrequencies) {
   }
 }
 
-// The step of the public co-rotational codes, written down densely: singular values instead of
+// The time step of the public co-rotational codes with dense matrices: singular values instead of
 // quaternions, Lame's law by strains in Voigt's notation, the whole system by LU.
 class DenseTrajectory {
  public:

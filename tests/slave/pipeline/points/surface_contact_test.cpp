@@ -94,8 +94,8 @@ class RenderedMembraneTest : public ::testing::Test {
   std::mt19937 random_{12};
 };
 
-// Reference: the mean force estimated from the dots, itself within 1.5 % of the load by the order
-// of modes.
+// Reference: the mean force estimated from the dots, which differs from the load by up to 1.5 %
+// because the number of modes is limited.
 TEST_F(RenderedMembraneTest, TheRenderedForceBecomesTheOneEstimated) {
   constexpr int kImages = 60;
   double mean = 0;

@@ -40,7 +40,8 @@ Scene DomedScene() {
   return scene;
 }
 
-// Four times as many triangles as the scene's model, the pressure even on a disc with a soft edge.
+// A membrane with four times as many triangles as the scene's model. The pressure is even on a disc
+// and decreases to 0 at its edge.
 class Truth {
  public:
   Truth() : membrane_(Shape(), Params()), u_(membrane_.surface().nodes.size(), Vector3d::Zero()) {}
@@ -193,7 +194,7 @@ TEST_F(DomedSceneTest, TwoToolsAtOnceAreNoForceOfOne) {
   EXPECT_EQ(estimate.check, FailedCheck::kMisfit);
 }
 
-// Higher by a factor, and moved along x, along z [m].
+// Factor of the dome's height [-], displacement along x, and along z [m].
 using Change = std::array<double, 3>;
 
 Scene Changed(const Change& change) {
