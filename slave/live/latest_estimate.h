@@ -44,7 +44,7 @@ class LatestEstimate {
   // Returns whether the tool touches by an estimate that no check contradicts. An estimate of a
   // lost tip or a moved camera shows no contact.
   [[nodiscard]] bool TouchesSurely() const;
-  // At most the newest few hundred, see Slave.
+  // Returns at most a few hundred traces, the newest ones; see Slave.
   [[nodiscard]] std::vector<SampleTrace> TracesSince(Time sensed_at) const;
   Events TakeEvents();
   bool WaitForNewer(Time sensed_at, std::chrono::milliseconds timeout);

@@ -33,7 +33,7 @@ class PatchPublisher {
 
   // Returns the newest patch; empty: none yet. Requests keep it up to date.
   [[nodiscard]] PatchSnapshot Get(Time now);
-  // After each sample.
+  // Call it after each sample.
   void Update(const ContactEstimate& estimate, std::uint32_t settings_revision,
               SensingPipeline* sense, Time now);
 

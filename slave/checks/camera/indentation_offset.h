@@ -20,7 +20,7 @@ namespace palpate {
 // depth at the first touch: it is not zero if the tool's end or the surface is not where the scene
 // states. Both are fitted by least squares. The errors e at nearly equal depths are correlated, so
 // all images within one pixel of depth count as one. Images without an indentation are not used.
-// One thread; allocation-free.
+// Used by one thread. Allocation-free.
 class IndentationOffset {
  public:
   struct Image {

@@ -28,7 +28,7 @@ class SparseLdlt {
   [[nodiscard]] std::size_t entries() const { return entries_; }
   // Additions and multiplications of a factorisation.
   [[nodiscard]] double flops() const { return flops_; }
-  // After Allocate.
+  // Memory after Allocate.
   [[nodiscard]] std::size_t memory_bytes() const;
 
   // Allocates memory for the factor. The functions below do not allocate, except for a block of

@@ -68,13 +68,13 @@ class TwoGrid {
   std::vector<GridPlace> places_;  // per row
   std::vector<double> coarse_;     // lower triangle by columns, then its factor
   std::vector<double> coarse_r_;
-  NodeVector coarse_nodes_;       // the same by vertices
+  NodeVector coarse_nodes_;       // coarse_r_, one entry per vertex
   std::vector<int> near_, slot_;  // coarse vertices about one row
   NodeVector sums_;               // the row's products with them
   NodeVector free_, coarse_free_;
   double scale_ = 1;
   std::vector<float> values_;   // nine per block, with space for one more value
-  std::vector<float> inverse_;  // the same of the diagonal
+  std::vector<float> inverse_;  // values of the inverse diagonal blocks, in the same layout
   std::vector<Single> r_, z_, left_;
 };
 

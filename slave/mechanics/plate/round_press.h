@@ -89,7 +89,7 @@ class RoundPress {
   void Reset() noexcept;
 
   [[nodiscard]] double force() const { return force_; }
-  // At the centre of an even load, of a rigid face.
+  // Deflection at the centre of an even load, or of a rigid face.
   [[nodiscard]] double deflection() const { return depth_ * slope_; }
   [[nodiscard]] double stiffness() const { return stiffness_; }  // d force / d deflection
 

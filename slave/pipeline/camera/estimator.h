@@ -40,7 +40,7 @@ struct StageHistograms {
   LatencyHistogram vision, checks, contact, mechanics, total;
 };
 
-// One thread at a time, except See.
+// Used by one thread at a time, except See.
 class Estimator {
  public:
   // `first`: an image of the object at rest. `p_S_tip_reported`: tip position from the encoders.

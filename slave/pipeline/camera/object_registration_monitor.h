@@ -16,7 +16,7 @@
 
 namespace palpate {
 
-// One thread.
+// Used by one thread.
 class ObjectRegistrationMonitor {
   static constexpr int kUnknowns =
       6;  // shift x, y, rotation, growth, indentation x, y [px] [by definition]

@@ -40,7 +40,7 @@ class PunctureCue {
   // Returns whether the indentation at `depth` [m] may have vanished, which requires a second
   // check.
   [[nodiscard]] bool IsArmed(double depth) const noexcept { return from_ > 0 && depth >= from_; }
-  // Once per image in contact. True: the membrane is punctured.
+  // Call it once per image in contact. Returns whether the membrane is punctured.
   [[nodiscard]] bool Broke(const Sample& look) noexcept {
     deepest_ = std::max(deepest_, look.depth);
     if (!look.indentation_known || look.expected_px < kMinIndentation) return false;

@@ -51,9 +51,9 @@ struct TactileTimes {
   LatencyHistogram checks;     // and repair of the signals, all fingertips
 };
 
-// One thread at a time. The force is the network's, in contact or not. The object's model computes
-// its deformation under the forces of all fingertips in contact, and its stiffness for the local
-// contact model.
+// Used by one thread at a time. The force is the network's, in contact or not. The object's model
+// computes its deformation under the forces of all fingertips in contact, and its stiffness for the
+// local contact model.
 class TactileEstimator {
  public:
   // Throws the exceptions of LoadSenses and MakeTactileBody.

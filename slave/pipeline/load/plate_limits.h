@@ -8,8 +8,8 @@
 namespace palpate {
 
 struct PlateLimits {
-  // Points that are used as they are; beyond, at most so many [-]. [tuned: surface_estimator_test,
-  // a force from 1681 points]
+  // Largest number of points; of more points, this number at equal steps is used [-]. [tuned:
+  // surface_estimator_test, a force from 1681 points]
   static constexpr std::size_t kMaxPoints = 128;
   // Points of a motion or an outlier [-]. [derived: four of a load, and one to spare]
   static constexpr int kMinPoints = 5;

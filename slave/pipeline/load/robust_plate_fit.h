@@ -17,13 +17,13 @@
 
 namespace palpate {
 
-// A plate at `more` tension at rest than another one [N/m]; nullptr: there is none.
+// The same plate with a larger tension at rest, by `more` [N/m]. nullptr: there is none.
 struct TighterPlate {
   PlateSurface* plate = nullptr;
   double more = 0;
 };
 
-// One thread; allocation-free after the first call with as many points.
+// Used by one thread. Allocation-free after the first call with as many points.
 class RobustPlateFit {
  public:
   // Stores references to the plates; see LoadFitter. `tighter`: the same plate with more tension;

@@ -10,12 +10,13 @@ struct VolumeLimits {
   // point: otherwise the states of a large body would stop for seconds [-]. [measured: 3.6 ms per
   // solution of 20,250 tetrahedra, 30 ms in total]
   static constexpr double kWork = 1e5;
-  // Distance of two positions that are the same, by that from the origin [-]. [derived: rounding]
+  // Positions with a smaller distance, relative to that from the origin, are the same [-].
+  // [derived: rounding]
   static constexpr double kSamePlace = 1e-9;
   // Number of nodes whose triangles are searched [-].
   static constexpr int kBestNodes = 6;
-  // Load of a linear response, by E times the square of the larger side [-]. [derived: a strain of
-  // a millionth]
+  // Load of a linear response, divided by E times the square of the larger side [-]. [derived: a
+  // strain of a millionth]
   static constexpr double kLinearLoad = 1e-6;
   // Smallest width of a load relative to the larger side [-].
   static constexpr double kMinWidth = 1e-3;
@@ -30,7 +31,8 @@ struct VolumeLimits {
   // Smallest slope (change of a Newton step per change of the load) for a secant step, and largest
   // change by a secant step relative to the load [-]. [derived: -1 where the model is linear]
   static constexpr double kMinSlope = 0.1, kMaxChange = 0.5;
-  // Difference of two models' displacements under a load that are the same, by their size [-].
+  // Models whose displacements under a load differ by less, relative to their magnitude, are the
+  // same [-].
   static constexpr double kSameModel = 1e-3;
 };
 

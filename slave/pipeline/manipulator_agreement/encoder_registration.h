@@ -19,7 +19,7 @@ namespace palpate {
 // allocation-free.
 class EncoderRegistration {
  public:
-  // One image [m]. `sigma`: of the measured tip, per axis. An innovation beyond the gate is
+  // Adds one image [m]. `sigma`: of the measured tip, per axis. An innovation beyond the gate is
   // ignored.
   void Update(const Eigen::Vector3d& p_S_seen, const EncoderReading& encoder,
               double sigma) noexcept {

@@ -7,7 +7,7 @@
 
 namespace palpate {
 
-// From manipulator.home along tool.direction to operator.press.depth beyond the true surface
+// Moves from manipulator.home along tool.direction to operator.press.depth beyond the true surface
 // (misplacement included) in a minimum-jerk ramp whose peak speed is operator.press.speed, or
 // manipulator.max_speed if that is less; a hold of 1 s, or longer, so that it lasts at least a
 // third of the contact; the same ramp back; a rest of 0.5 s at home. With an embryo it moves

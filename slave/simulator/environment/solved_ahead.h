@@ -67,7 +67,7 @@ class SolvedAhead {
     const std::lock_guard lock(mutex_);
     return read();
   }
-  // The same of all contacts, newest first.
+  // Returns the present result of `read` for all contacts, newest first.
   template <typename Read>
   auto NowOfAll(const Read& read) {
     const std::lock_guard lock(mutex_);

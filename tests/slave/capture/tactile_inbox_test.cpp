@@ -29,7 +29,7 @@ Time At(double t) {
   return kStart + Seconds(t);
 }
 
-Tactile Scened(const std::vector<std::string>& names, double rate = 100) {
+Tactile SceneTactile(const std::vector<std::string>& names, double rate = 100) {
   Tactile tactile;
   tactile.source = Tactile::Source::kStream;
   tactile.rate = rate;
@@ -98,7 +98,7 @@ std::vector<TactileFrame> TakeAll(TactileInbox* inbox) {
 }
 
 TEST(TactileInboxTest, SamplesAtTheScenesRateAreTheFrames) {
-  TactileInbox inbox(Scened({"rf"}));
+  TactileInbox inbox(SceneTactile({"rf"}));
   Driver driver(&inbox, "rf");
   const double jitter[] = {0, 0.002, -0.002, 0.001};
   std::vector<double> times;
@@ -124,7 +124,7 @@ TEST(TactileInboxTest, SamplesAtTheScenesRateAreTheFrames) {
 class OtherRateTest : public ::testing::TestWithParam<double> {};
 
 TEST_P(OtherRateTest, IsResampledToTheScenesRate) {
-  TactileInbox inbox(Scened({"rf"}));
+  TactileInbox inbox(SceneTactile({"rf"}));
   Driver driver(&inbox, "rf");
   std::vector<TactileFrame> frames;
   const int batch = 40;
@@ -151,7 +151,7 @@ INSTANTIATE_TEST_SUITE_P(Rates, OtherRateTest,
 
 // Two senders whose clocks are a year apart and whose samples do not coincide.
 TEST(TactileInboxTest, FingersMeetOnTheSlavesClock) {
-  TactileInbox inbox(Scened({"ff", "th"}));
+  TactileInbox inbox(SceneTactile({"ff", "th"}));
   Driver ff(&inbox, "ff");
   Driver th(&inbox, "th", 3.2e7);
   for (int i = 0; i < 50; ++i) {
@@ -168,7 +168,7 @@ TEST(TactileInboxTest, FingersMeetOnTheSlavesClock) {
 }
 
 TEST(TactileInboxTest, ASilentFingerIsAbsentAndReturnsAfterAGap) {
-  TactileInbox inbox(Scened({"ff", "th"}));
+  TactileInbox inbox(SceneTactile({"ff", "th"}));
   Driver ff(&inbox, "ff");
   Driver th(&inbox, "th");
   std::vector<TactileFrame> frames;
@@ -187,7 +187,7 @@ TEST(TactileInboxTest, ASilentFingerIsAbsentAndReturnsAfterAGap) {
 }
 
 TEST(TactileInboxTest, AFewMissingSamplesAreFilled) {
-  TactileInbox inbox(Scened({"rf"}));
+  TactileInbox inbox(SceneTactile({"rf"}));
   Driver driver(&inbox, "rf");
   for (int i = 0; i < 30; ++i) {
     if (i != 12 && i != 20 && i != 21) driver.Send(0.01 * i);
@@ -201,7 +201,7 @@ TEST(TactileInboxTest, AFewMissingSamplesAreFilled) {
 }
 
 TEST(TactileInboxTest, WhatIsNotTakenIsReplacedByWhatIsNew) {
-  TactileInbox inbox(Scened({"rf"}));
+  TactileInbox inbox(SceneTactile({"rf"}));
   Driver driver(&inbox, "rf");
   driver.Send(0);
   EXPECT_EQ(TakeAll(&inbox).size(), 1U);
@@ -214,7 +214,7 @@ TEST(TactileInboxTest, WhatIsNotTakenIsReplacedByWhatIsNew) {
 }
 
 TEST(TactileInboxTest, PosesTravelWithTheSamples) {
-  TactileInbox inbox(Scened({"rf"}, 100));
+  TactileInbox inbox(SceneTactile({"rf"}, 100));
   for (int i = 0; i < 3; ++i) {
     FingerReading reading = Reading(0.02 * i);
     reading.X_SF = Eigen::Translation3d(0.5 * i, 0, 0) *
@@ -229,7 +229,7 @@ TEST(TactileInboxTest, PosesTravelWithTheSamples) {
 }
 
 TEST(TactileInboxTest, SaysWhatItRefuses) {
-  TactileInbox inbox(Scened({"ff", "th"}));
+  TactileInbox inbox(SceneTactile({"ff", "th"}));
   ASSERT_FALSE(inbox.Feed("ff", 7, At(1), Reading(1), At(1)));
   const auto why = [&](const char* finger, std::uint64_t sequence, double t,
                        const FingerReading& reading) {
@@ -263,7 +263,7 @@ TEST(TactileInboxTest, SaysWhatItRefuses) {
 }
 
 TEST(TactileInboxTest, AfterOneHasLeftTheNextSendersClockStartsAgain) {
-  TactileInbox inbox(Scened({"rf"}));
+  TactileInbox inbox(SceneTactile({"rf"}));
   Driver first(&inbox, "rf", 1000);
   for (int i = 0; i < 10; ++i) EXPECT_EQ(first.Send(0.01 * i), "");
   Driver second(&inbox, "rf", -1000);
@@ -281,7 +281,7 @@ TEST(TactileInboxTest, AfterOneHasLeftTheNextSendersClockStartsAgain) {
 }
 
 TEST(TactileInboxTest, AFingerHasOneSenderUntilItIsSilentForASecond) {
-  TactileInbox inbox(Scened({"rf"}));
+  TactileInbox inbox(SceneTactile({"rf"}));
   const auto feed = [&](std::uint64_t sequence, double t, TactileInbox::SenderId sender) {
     const auto refusal = inbox.Feed("rf", sequence, At(t), Reading(t), At(t), sender);
     return refusal ? refusal->why : "taken";
@@ -302,7 +302,7 @@ TEST(TactileInboxTest, AFingerHasOneSenderUntilItIsSilentForASecond) {
 // A sender with one sample per 0.9 s or with repeated samples does not keep the finger: the driver
 // at 100 Hz is accepted within ten of its periods and stays.
 TEST(TactileInboxTest, ARareSenderDoesNotBlockADriver) {
-  TactileInbox inbox(Scened({"rf"}));
+  TactileInbox inbox(SceneTactile({"rf"}));
   const auto takes = [&](double sensed, double t, TactileInbox::SenderId sender) {
     return !inbox.Feed("rf", 0, At(sensed), Reading(t), At(t), sender);
   };
@@ -316,7 +316,7 @@ TEST(TactileInboxTest, ARareSenderDoesNotBlockADriver) {
 
 // Two drivers and a reader at once; also runs under the thread sanitizer.
 TEST(TactileInboxTest, TwoThreadsFeedWhileOneReads) {
-  TactileInbox inbox(Scened({"ff", "th"}, 1000));
+  TactileInbox inbox(SceneTactile({"ff", "th"}, 1000));
   std::stop_source stop;
   std::atomic<int> frames{0}, whole{0};
   std::jthread reader([&] {
@@ -350,7 +350,7 @@ TEST(TactileInboxTest, TwoThreadsFeedWhileOneReads) {
 TEST(TactileInboxTest, WildStreamsGiveOrderedFiniteFrames) {
   std::mt19937 random(3);
   std::uniform_real_distribution<double> uniform(0, 1);
-  TactileInbox inbox(Scened({"a", "b", "c"}));
+  TactileInbox inbox(SceneTactile({"a", "b", "c"}));
   const char* names[] = {"a", "b", "c"};
   double sent[] = {0, 1e6, -1e6};
   double now = 0;
@@ -376,7 +376,7 @@ TEST(TactileInboxTest, WildStreamsGiveOrderedFiniteFrames) {
 }
 
 TEST(TactileInboxTest, ASampleAllocatesNothing) {
-  TactileInbox inbox(Scened({"ff", "th"}));
+  TactileInbox inbox(SceneTactile({"ff", "th"}));
   const FingerReading reading = Reading(1);
   const long before = AllocationCount();
   for (int i = 0; i < 1000; ++i) {

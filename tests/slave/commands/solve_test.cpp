@@ -157,8 +157,8 @@ TEST_F(SolveTest, RowsWithoutAWidthAreAsWideAsTheTool) {
   }
 }
 
-// A scene's round tool presses the rows that name none of another shape, and its extent is that of
-// the scene unless a column states it.
+// The scene's round tool presses all rows that do not name a tool of another shape. Its extent is
+// that of the scene unless a column states it.
 TEST_F(SolveTest, RowsArePressedByTheScenesTool) {
   options_.scene =
       Write("round.yaml", std::string(kBlock) + "tool: {shape: round, radius: 20 mm}\n");

@@ -278,7 +278,7 @@ TEST_F(StreamedManipulatorTest, OneDriverAtATime) {
               HasSubstr("the manipulator is driven by a driver"));
   arm_.Leave(kDriver);
   EXPECT_TRUE(arm_.is_faulty());
-  other.sequence = 1;  // of its own stream
+  other.sequence = 1;  // the numbers of each stream begin at 1
   const auto before = arm_.frame();
   EXPECT_EQ(arm_.Take(kOther, "b", other, test_time), std::nullopt);
   EXPECT_EQ(arm_.health()->driver, "b");

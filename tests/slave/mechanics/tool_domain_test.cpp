@@ -134,7 +134,7 @@ TEST(ToolDomain, TheErrorUnderARigidFaceIsNotBelowThatOfASolid) {
   }
 }
 
-// Reference: the errors above and the accepted one, 5 %; an even load has none of them.
+// Reference: the errors above and the accepted one, 5 %; an even load does not have these errors.
 TEST(ToolDomain, ARigidFaceOnAPlateIsValidWhereItsErrorIsAccepted) {
   Scene scene;
   scene.object.geometry = MembraneGeometry{.radius = 0.04, .thickness = 1e-3};

@@ -58,7 +58,7 @@ class IdleStreams {
   std::vector<std::unique_ptr<grpc::GenericClientAsyncReaderWriter>> calls_;
 };
 
-TEST_F(StarvationTest, IdleStreamsTakeNoStopAway) {
+TEST_F(StarvationTest, IdleStreamsDoNotBlockTheStop) {
   const IdleStreams one(server_->address(), 70), other(server_->address(), 70);
   EXPECT_EQ(Stop(), grpc::StatusCode::OK);
   EXPECT_EQ(GetStatus().phase(), v1::PHASE_ESTOP);

@@ -18,7 +18,7 @@ class SolidMotion {
   SolidMotion(const FemOptions& options, const BlockLayout& layout, const ElasticBody& body,
               double density, Equilibrium& equilibrium, SolidState& state);
 
-  // At rest.
+  // Puts the body at rest.
   void Reset();
   // The state after one more step under its loads. False: no solution, the state is as before.
   bool Step();

@@ -180,8 +180,8 @@ TEST(EpipolarCheckTest, NoiseThatImagesDoNotTellWidensTheCovariances) {
   }
 }
 
-// Noise as it is stated and some less; then a tenth and one and a half times as much, of which 300
-// misses show within a twentieth.
+// Noise of 0.4 and 1 times the stated value is accepted as the only error; 0.1 and 1.5 times are
+// not. 300 ray distances determine the noise within a twentieth.
 TEST(EpipolarCheckTest, PointsErrByNoiseAloneIfTheyScatterByItAtRest) {
   for (const double more : {0.1, 0.4, 1.0, 1.5}) {
     Watched watched;

@@ -1,4 +1,4 @@
-// The modes and their interaction, by laws that need none of their formulas.
+// Tests the modes and their interaction by laws that do not use their formulas.
 #include "slave/mechanics/plate/plate_modes.h"
 
 #include <cmath>

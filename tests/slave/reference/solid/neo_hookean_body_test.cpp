@@ -95,7 +95,7 @@ class PressedCube {
     AddLoad(half);
   }
 
-  // Carries `load` [E side^2] on the whole cube, from where it is.
+  // Solves for `load` [E side^2] on the whole cube, starting at the present deformation.
   bool Carry(double load) {
     NeoHookeanBody::Matrix stiffness = body_.EmptyMatrix();
     SparseLdlt<double> factor(stiffness);
