@@ -187,7 +187,8 @@ VectorXd ScalesOf(const LawFamily& family, const VectorXd& values) {
   return scales;
 }
 
-// Derivatives of all predicted stresses by the constants, by differences [Pa per unit].
+// Derivatives of all predicted stresses with respect to the constants, by finite differences [Pa
+// per unit].
 MatrixXd Sensitivities(const LawFamily& family, const VectorXd& values,
                        const std::vector<MaterialTest>& tests) {
   constexpr double kStep = 1e-5;  // relative

@@ -138,7 +138,7 @@ class Run {
         drivers_(*slave_) {
     summary_.has_truth = simulation_ != nullptr;
     summary_.sense = slave_->sense().info();
-    states_.emplace(options.out, summary_.has_truth && summary_.sense.tells_force);
+    states_.emplace(options.out, summary_.has_truth && summary_.sense.has_force_estimate);
     if (options.images) std::filesystem::create_directories(options.out / "images");
     OpenReport();
   }

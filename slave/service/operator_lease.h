@@ -67,12 +67,12 @@ class OperatorLease {
   // Throws RejectedCall: another connection than that of `peer` holds the lease. A connection
   // has one certificate, so this identifies the operator.
   void RefuseOthers(const std::string& peer) const;
-  // The same, and also throws without an operator. `what`: the action that only a connected
-  // operator may perform.
+  // Throws RejectedCall like RefuseOthers, and also if there is no operator. `what`: the action
+  // that only a connected operator may perform.
   void RequireHeldBy(const std::string& peer, const std::string& what) const;
   // Throws RejectedCall if a client holds the lease, or it is closed.
   void RequireFree() const;
-  // Does the same, and closes the lease, because the slave changes to another scene.
+  // Calls RequireFree and closes the lease, because the slave changes to another scene.
   void Close();
   void Reopen();
   [[nodiscard]] bool is_closed() const { return is_closed_; }

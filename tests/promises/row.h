@@ -58,7 +58,7 @@ struct Expectation {
   std::optional<double> tip_error_m;           // largest of the tip
   std::optional<std::array<double, 2>> age_s;  // range, since the sample was taken
   std::optional<std::array<double, 2>> sigma;  // range of all known sigmas [N]
-  // Range of the rms of error by sigma, of valid forces in contact [-].
+  // Range of the rms of error / sigma of valid forces in contact [-].
   std::optional<std::array<double, 2>> error_by_sigma;
   std::optional<std::string> event;  // of one state at least
   std::optional<std::string> phase;  // of `share` of the states

@@ -1,5 +1,5 @@
-// The surface is indented where and as deep as the encoders report the tip: images of another
-// instant are right in themselves.
+// Checks that the surface is indented at the position and depth that the encoders report for the
+// tip. Images of another instant pass all checks of images alone.
 #pragma once
 
 #include <utility>

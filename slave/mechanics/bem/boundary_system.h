@@ -2,7 +2,7 @@
 //
 // Every unknown is in the column of its node and component: A_0 Y + Abar_0 Ybar = 0 with the
 // columns of H and G sorted by the quantities that the reference problem prescribes.
-// Nondimensional: lengths by the mesh's unit, tractions by E.
+// Nondimensional: lengths are divided by the mesh's unit, tractions by E.
 #pragma once
 
 #include <array>

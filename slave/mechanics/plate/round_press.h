@@ -1,8 +1,9 @@
 // A clamped von Karman plate pressed at its centre: rotational symmetry leaves two functions of the
 // radius, solved to nine digits.
 //
-// Nondimensional: radius by a, deflection by t, force by E t^4 / a^2, tension (N per length) by
-// E t^3 / a^2; D = 1 / (12 (1 - nu^2)). With the slope b = dw/dr and psi = r N_r,
+// Nondimensional: the radius is divided by a, the deflection by t, the force by E t^4 / a^2, the
+// tension (N per length) by E t^3 / a^2; D = 1 / (12 (1 - nu^2)). With the slope b = dw/dr and psi
+// = r N_r,
 //
 //   D (r b'' + b' - b / r) = (psi + N0 r) b + F f(r) / (2 pi),   b(0) = b(1) = 0
 //   r psi'' + psi' - psi / r = -b^2 / 2,   psi(0) = 0,   psi'(1) = nu psi(1)   (the edge stays)

@@ -33,7 +33,7 @@ class LatencyHistogram;
 class GroundTruth;
 class TactileInbox;
 
-// `times` as the stage called `name`.
+// Returns `times` as those of the stage `name`.
 StageTimes TimesOf(const std::string& name, const LatencyHistogram& times);
 
 // Returns `model` with the requested change. `object`: class whose kinds are accepted; nullopt:
@@ -138,7 +138,7 @@ class SensingPipeline {
   // a stop.
   [[nodiscard]] virtual std::unique_ptr<PreparedModel> Prepare(const Scene& changed,
                                                                Progress* progress) const = 0;
-  // Puts it to work.
+  // Uses the prepared parts from now on.
   virtual void Adopt(std::unique_ptr<PreparedModel> prepared, const Scene& changed) = 0;
   // Clears the contact and measures the baseline again: nothing must be in contact. Between Acquire
   // and Process only.

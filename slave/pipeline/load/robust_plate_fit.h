@@ -64,7 +64,7 @@ class RobustPlateFit {
     Eigen::Vector3d moved{0, 0, 0};     // since [m]
     double sigma = 1, sigma_along = 0;  // along z, along the plate [m]
     double offset = 0, residual = 0;    // of a moved rim, of the fit, along z [m]
-    double weight = 0;                  // of the squared residual, square root
+    double weight = 0;                  // square root of the weight of the squared residual
     bool usable = false, kept = false;
   };
   PlateSurface& plate_;
@@ -82,7 +82,7 @@ class RobustPlateFit {
   int rest_frames_ = 0;    // number of such images
   bool used_rim_ = false;  // whether the last fit kept the rim there
   double deepest_ = 0;     // of the fitted points [m]
-  double scatter_ = 1;     // of the residuals by sigma
+  double scatter_ = 1;     // scatter of residuals / sigma
   std::vector<Eigen::Vector2d> places_;
   std::vector<double> displacements_, sigmas_, sorted_;
 };

@@ -7,13 +7,13 @@ namespace palpate {
 
 // Smallest informative depth, relative to the full depth [-]. [tuned:
 // FlaggedAndStrangeLoadsTeachNothing]
-inline constexpr double kTellingDepth = 0.1;
+inline constexpr double kInformativeDepth = 0.1;
 
 // Information of one sample about the ratio estimated / modelled [-].
 struct RatioSample {
   double ratio = 1;  // limited to 0.25 to 4, because other values indicate a wrong model or pose
   double error = 0;  // three standard deviations of the estimated force, relative to that force
-  bool tells = false;
+  bool is_informative = false;
 };
 
 // `sensed`, `modelled`: magnitudes of the force [N]; `sigma` of the estimated one. Only finite

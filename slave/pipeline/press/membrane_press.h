@@ -62,7 +62,7 @@ class MembranePress {
     double sigma_force = 0;        // [N]
     double sigma_place = 0;        // the larger of the two along the surface [m]
     double sigma = 0;              // of a point's deflection, with the model error [m]
-    double residual = 0;           // rms of (measured - fitted) by that sigma [-]
+    double residual = 0;           // rms of (measured - fitted) / sigma [-]
   };
   // Precomputes the membrane's compliance: O(nodes^2). Throws std::invalid_argument naming the
   // parameter.

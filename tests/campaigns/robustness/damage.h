@@ -21,7 +21,7 @@ Paint Breathing(double factor);
 Paint TurnSlowly(double degrees);
 Paint LoseFocus(double sigma);  // growing over the run [px]
 Paint Haze(double veil);        // contrast lower, towards white, growing over the run [-]
-// The same for the half of the image beside the tip's position at full depth.
+// Haze in the half of the image beside the tip's position at full depth.
 Paint Fog(double veil);
 // A drop of 40 px radius beside the tip's position at full depth. It displaces the image within it
 // outwards by up to `pull` [px].

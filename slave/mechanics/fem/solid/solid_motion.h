@@ -20,15 +20,15 @@ class SolidMotion {
 
   // Puts the body at rest.
   void Reset();
-  // The state after one more step under its loads. False: no solution, the state is as before.
+  // Advances the state by a step under its loads. False: no solution, the state is as before.
   bool Step();
-  // The state is as before the last step.
+  // Restores the state before the last step.
   void TakeBack();
 
   // Returns whether the last step increased the energy by more than the work of loads and moved
   // nodes.
   [[nodiscard]] bool grew() const { return grew_; }
-  // Elastic and kinetic, by E times the length unit cubed.
+  // Elastic plus kinetic energy, divided by E times the length unit cubed.
   [[nodiscard]] double Energy();
 
  private:

@@ -1,4 +1,4 @@
-// The unknowns of a solid and the loads on them. Nondimensional: lengths divided by the larger
+// The unknowns of a solid and the loads on them. Nondimensional: lengths are divided by the larger
 // side, forces by E times its square.
 #pragma once
 

@@ -126,7 +126,7 @@ class LoadFitter {
   long allowed_ = std::numeric_limits<long>::max();
   std::vector<Measured> measured_;
   std::vector<Eigen::Vector2d> places_;  // [radii]
-  Eigen::VectorXd values_, weights_;     // displacements by sigma, 1 / sigma
+  Eigen::VectorXd values_, weights_;     // displacements / sigma, 1 / sigma
   plate::LoadSearch search_;
   int count_ = 0;  // of those that count
   Rim rim_ = Rim::kStays;

@@ -48,7 +48,7 @@ class RimMotions {
   // `places`: positions of the points [radii]; `sigmas`: of their displacements [m]. Motions that
   // the points cannot distinguish are left out. Allocates for more points than before.
   void Span(std::span<const Eigen::Vector2d> places, std::span<const double> sigmas);
-  // Orthonormal, as displacements by their sigmas.
+  // Orthonormal motions, as displacements divided by their sigmas.
   [[nodiscard]] const Columns& columns() const { return columns_; }
   void LeaveOut(Eigen::VectorXd* values) const noexcept;
   // c0 + c1 x + c2 y along z that explains the values best.

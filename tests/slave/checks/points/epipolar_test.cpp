@@ -71,7 +71,7 @@ class Watched {
     }
     return FailedCheck::kNone;
   }
-  // The same with repeated presses to 5 mm and back, a dozen images each.
+  // Returns the first flag during repeated presses to 5 mm and back, a dozen images each.
   FailedCheck Swing(double late) {
     const auto depth = [](double image) {
       return 2.5e-3 * (1 - std::cos(std::numbers::pi / 6 * image));

@@ -27,7 +27,7 @@ inline std::vector<double> GradedSteps(double fine, double side, double growth, 
   for (int i = 1; i <= steps; ++i) at.push_back(fine + (end - fine) * grown(i) / grown(steps));
   return at;
 }
-// The same to both sides of zero.
+// Returns `steps`, which begin at 0, and their negatives.
 inline std::vector<double> Mirrored(const std::vector<double>& steps) {
   std::vector<double> all;
   for (auto it = steps.rbegin(); it != steps.rend(); ++it) all.push_back(-*it);

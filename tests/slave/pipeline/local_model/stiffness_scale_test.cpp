@@ -15,15 +15,15 @@ constexpr double kSpread = 0.1;
 
 TEST(CompareForcesTest, OnlyFiniteForcesAboveZeroTell) {
   const double inf = std::numeric_limits<double>::infinity(), nan = std::nan("");
-  EXPECT_TRUE(CompareForces(1, 0, 2).tells);
+  EXPECT_TRUE(CompareForces(1, 0, 2).is_informative);
   EXPECT_NEAR(CompareForces(1, 0, 2).ratio, 0.5, 1e-15);
   EXPECT_NEAR(CompareForces(2, 0.1, 2).error, 0.15, 1e-15);
   for (const double bad : {0.0, -1.0, nan, inf}) {
-    EXPECT_FALSE(CompareForces(bad, 0, 1).tells) << bad;
-    EXPECT_FALSE(CompareForces(1, 0, bad).tells) << bad;
+    EXPECT_FALSE(CompareForces(bad, 0, 1).is_informative) << bad;
+    EXPECT_FALSE(CompareForces(1, 0, bad).is_informative) << bad;
   }
-  EXPECT_FALSE(CompareForces(1, nan, 1).tells);
-  EXPECT_FALSE(CompareForces(1, inf, 1).tells);
+  EXPECT_FALSE(CompareForces(1, nan, 1).is_informative);
+  EXPECT_FALSE(CompareForces(1, inf, 1).is_informative);
   EXPECT_EQ(CompareForces(1e3, 0, 1).ratio, 4);
   EXPECT_EQ(CompareForces(1, 0, 1e3).ratio, 0.25);
 }

@@ -96,7 +96,7 @@ TEST_F(PointsSenseTest, APressIsEstimatedSeenAndShown) {
   EXPECT_TRUE(std::ranges::all_of(shape.field->image, [](float p) { return std::isfinite(p); }));
 }
 
-// The same between images: the source is silent while the operator presses.
+// The source sends no images while the operator presses.
 TEST_F(PointsSenseTest, TheLocalModelFollowsTheHandBetweenImages) {
   slave_->BeginOperating();
   EngagedHand hand(slave_.get());

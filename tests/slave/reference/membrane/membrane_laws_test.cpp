@@ -96,9 +96,9 @@ TEST(MembraneLaws, DotsDetermineTheForceOfTheOtherLaw) {
   }
 }
 
-// The same under a rigid face, which touches only with its outer arc if it is off the centre: the
-// uniform load is found up to 2 mm farther out there (5 mm for the wide tool). Measured: -0.6 to
-// 3.4 % of the force, misplaced by 0.2 mm.
+// A rigid face off the centre touches only with its outer arc, so the uniform load is found up to 2
+// mm farther out (5 mm for the wide tool). Measured: -0.6 to 3.4 % of the force, misplaced by 0.2
+// mm.
 TEST(MembraneLaws, DotsTellTheForceAndPlaceOfARigidTool) {
   PlateLargeModel plate({.radius = kRadius,
                          .thickness = 1e-3,

@@ -183,7 +183,7 @@ TEST(DotFinder, AnEdgeBesideADotDoesNotPullIt) {
   }
 }
 
-// The same with noise: excluded pixels make the background less certain, not wrong.
+// Excluded pixels make the background less certain, not wrong.
 TEST(DotFinder, AnEdgeBesideADotDoesNotPullItInNoise) {
   DotImage painting;
   painting.ground = 190;
