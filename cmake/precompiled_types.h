@@ -199,7 +199,7 @@ inline void OfContainers(std::optional<Value>& maybe, std::vector<Value>& many, 
   for (const Value& each : copy) many.front() = each;
 }
 
-// What members of structures that most sources know are given from the start, and copied with.
+// Instantiates the initialisation and the copies of structure members that most sources use.
 inline void OfMembers(Eigen::Vector3f& f, const Eigen::Vector3d& d,
                       Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>& rows,
                       Eigen::Matrix<float, Eigen::Dynamic, Eigen::Dynamic, 0, 96, 96>& patch,

@@ -1,4 +1,5 @@
-// `palpate-master devices`: what each driver searched, found and misses, and what to do.
+// `palpate-master devices`: reports for each driver which libraries and devices it searched, found
+// and lacks, with advice.
 #pragma once
 
 #include <string>
@@ -10,7 +11,8 @@ namespace palpate {
 // Text of one driver, with line ends.
 std::string InWords(const Driver& driver, const DriverReport& report);
 
-// Prints the reports of all drivers. Returns 0. Opens what it finds and reads it, without a force.
+// Opens each device that is found, reads it without a force, and prints the reports of all drivers.
+// Returns 0.
 int ListDevices();
 
 }  // namespace palpate

@@ -21,7 +21,7 @@ struct DeviceReading {
   Eigen::Vector3d p_M{0, 0, 0};  // tip [m]
   Eigen::Vector3d v_M{0, 0, 0};  // velocity [m/s]
   bool engaged = false;          // the dead-man's switch is closed: the operator wants to follow
-  bool repeated = false;         // the device had nothing new since the last reading
+  bool repeated = false;         // the device had no new data since the last reading
   Time at{};                     // when it was measured, master's clock
   Eigen::Quaterniond q_M{1, 0, 0, 0};  // orientation of the tip
   Eigen::Vector3d w_M{0, 0, 0};        // angular velocity [rad/s]

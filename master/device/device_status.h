@@ -55,8 +55,8 @@ struct DeviceStatus {
   std::int32_t code = 0;      // of the vendor's library with `fault`; 0: none
   const char* cause = "";     // constant text with `fault`, of static lifetime
   float temperature = NAN;    // of the warmest motor, as a share of its limit [-]; NaN: unknown
-  float force_share = NAN;    // rendered force divided by the written force, as the device
-                              // reports it [-]; NaN: it reports none
+  // Ratio of the rendered to the written force according to the device [-]; NaN: not reported.
+  float force_share = NAN;
 };
 
 // Returns one line: `calibrated, output ok, buttons 1 3, motor 40 %`.

@@ -18,7 +18,7 @@
 
 namespace palpate {
 
-// Properties of a device. What it does not report is infinite, or 0 for a rate.
+// Properties of a device. Values that it does not report are infinite; an unknown rate is 0.
 struct DeviceCapabilities {
   static constexpr double kUnknown = std::numeric_limits<double>::infinity();
 

@@ -100,7 +100,7 @@ Eigen::Vector3d PassivityControl::WithinBalance(const Eigen::Vector3d& f_M,
   const double faster = std::max(f_M.dot(acceleration_) / size, 0.0);
   const double falls = giving_way / slew + faster * size / (3 * slew * slew);
   const double stiffness = 1 / std::max(1 / kMaxStiffness, falls);
-  // A weaker force also leaks less.
+  // Iterates, because a weaker force also leaks less energy.
   Eigen::Vector3d paid = f_M;
   for (int i = 0; i < 2; ++i) {
     const double energy = balance_ + Leak(paid) + kEnergyCredit;

@@ -58,7 +58,7 @@ class Reasons {
   std::uint32_t bits_ = 0;
 };
 
-// Joined by `+`; empty without a reason.
+// Returns the names of the reasons, joined by `+`; empty without a reason.
 std::string ToString(const Reasons& reasons);
 // Returns all reasons as text for people: `other epoch, fading`.
 std::string InWords(const Reasons& reasons);
@@ -142,7 +142,7 @@ class PassivityControl {
   [[nodiscard]] double min_balance() const noexcept { return min_; }        // least W ever [J]
   [[nodiscard]] double energy_in() const noexcept { return energy_in_; }    // from the operator [J]
   [[nodiscard]] double energy_out() const noexcept { return energy_out_; }  // to the operator [J]
-  // Least energy put in by the operator minus energy returned, at most 0 [J].
+  // Returns the minimum of the energy from the operator minus the energy returned, at most 0 [J].
   [[nodiscard]] double min_work() const noexcept { return min_work_; }
 
  private:

@@ -1,5 +1,5 @@
-// The haptic loop: one force per millisecond, whatever slave and link do, and zero at the end. It
-// exchanges data with other threads through wait-free latest-value slots and a ring.
+// The haptic loop renders one force per millisecond, independent of slave and link, and zero at the
+// end. It exchanges data with other threads through wait-free latest-value slots and a ring.
 #pragma once
 
 #include <limits>

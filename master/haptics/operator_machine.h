@@ -7,7 +7,7 @@
 //   ESTOP from any state, until the slave is reset.
 //
 // Following requires a deliberate act: the dead-man's switch must be open, and then closed. Each
-// closing begins a new epoch, in which the slave sets the offset so that nothing moves.
+// closing begins a new epoch, in which the slave sets the offset so that the tool does not move.
 #pragma once
 
 #include <cstdint>

@@ -38,7 +38,7 @@ double StableStiffness(RenderMode mode, const RenderedRate& rate, double one_way
 // once.
 class StiffnessNotice {
  public:
-  // `limit` is the stiffness that `local` leaves to the contact [N/m].
+  // `limit`: largest stiffness of the contact in the mode `local` [N/m].
   StiffnessNotice(const RenderedRate& rate, double limit) : rate_(rate), limit_(limit) {}
 
   // Returns a sentence that names the key to change; empty if there is nothing new.

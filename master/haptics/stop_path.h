@@ -35,8 +35,8 @@ class StopRequests {
     if (std::exchange(put_, asked) != asked) sequence_ = command->sequence;
     command->stop = asked != acted_;
   }
-  // Confirms what the newest state shows: it follows a command with the request. An earlier state
-  // may refer to a previous stop, which may be reset before the request arrives.
+  // Confirms the stop if the newest state follows a command with the request. An earlier state may
+  // refer to a previous stop, which may be reset before the request arrives.
   void Take(const SlaveState& newest) noexcept {
     if (newest.phase == Phase::kEstop && newest.command_sequence >= sequence_) Act(put_);
   }

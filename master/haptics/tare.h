@@ -1,4 +1,4 @@
-// Tare: takes the force without contact as zero, for example the drift of a fingertip.
+// Tare subtracts the force without contact, for example the drift of a fingertip.
 //
 //   f' = f - b,   b: mean of f over kMeasure
 //

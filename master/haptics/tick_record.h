@@ -26,7 +26,9 @@ struct TickRecord {
   Eigen::Vector3d torque{0, 0, 0};  // for the device, before its limits, M [N m]
   double state_age = -1;            // since the newest state was received [s]; negative: none yet
   double sensed_age =
-      -1;                 // since its sample was taken, by the clock offset [s]; negative: none yet
+      // Time since its sample was taken, according to the clock offset [s]; negative: no sample
+      // yet.
+      -1;
   double round_trip = 0;  // with the newest state [s]; 0: none with this tick
   std::uint32_t epoch = 0;
   std::uint64_t state_sequence = 0;  // of the newest state; 0: none yet
@@ -50,7 +52,7 @@ struct TickRecord {
   double model_stiffness =
       0;  // of the newest state's local model along its normal, S [N/m]; 0: none
   double energy =
-      0;  // put in by the operator minus returned, at the device's port [J]; NaN: unknown
+      0;  // energy from the operator minus energy returned, at the device's port [J]; NaN: unknown
   DeviceStatus device;                     // with the reading of this tick
   Eigen::Vector3d p_S_tip{NAN, NAN, NAN};  // tip of the newest state [m]; NaN: none yet
 };

@@ -22,7 +22,7 @@ enum class Traffic : std::uint8_t {
 inline constexpr std::chrono::milliseconds kUsualRoundTrip{1000};
 
 // Opens a separate connection that reconnects by itself and never uses a proxy. Does not wait.
-// `tls`: folder with the certificates; empty: plain text. Throws like ChannelTls.
+// `tls`: folder with the certificates; empty: plain text. Throws the exceptions of ChannelTls.
 std::shared_ptr<grpc::Channel> OpenChannel(
     const std::string& target, Traffic traffic, const std::filesystem::path& tls = {},
     std::chrono::milliseconds max_round_trip = kUsualRoundTrip);

@@ -1,6 +1,6 @@
 // Observes the slave beside the states of SlaveLink: images, meshes, local contact models, traces,
-// scene and status. All use one connection of their own. Each stream is open once while somebody
-// needs it, and is handed on to all who do.
+// scene and status. All use one separate connection. Each stream is open once while a user needs
+// it, and its messages are passed to all such users.
 #pragma once
 
 #include <cstdint>
@@ -35,10 +35,10 @@ struct RemoteImage {
 
 // Scene and status of the slave as received; empty: not yet.
 struct SlaveHealth {
-  std::uint64_t version = 0;  // rises with each answer
+  std::uint64_t version = 0;  // increases with each answer
   std::optional<v1::SceneDescription> scene = {};
   std::optional<v1::Status> status = {};
-  std::string trouble = {};                // why nothing is received
+  std::string trouble = {};                // why no answer is received
   std::optional<RemoteScene> remote = {};  // of `scene`; empty: not received, or out of range
 };
 

@@ -53,7 +53,7 @@ class OperatorCalls {
   [[nodiscard]] std::uint64_t known_stops() const { return known_stops_; }
   // The slave reported this number.
   void SetKnownStops(std::uint64_t stops) { known_stops_ = stops; }
-  // Reads that number. False: the slave does not answer.
+  // Reads that number. Returns false if the slave does not answer.
   bool ReadStops();
   // Resets the emergency stop number `stops`: that of `known_stops` when the operator decided, so
   // that no later stop is cleared. Returns the reason if it is not reset, else an empty string.
@@ -70,7 +70,7 @@ class OperatorCalls {
   std::string SetModel(const std::string& kind);
 
  private:
-  // `call` runs in `*place` until it is null again, so that another thread can cancel it.
+  // Sets `*place` to `call` while it runs, so that another thread can cancel it; null: no call.
   void Announce(grpc::ClientContext* call, grpc::ClientContext** place);
   void Cancel(grpc::ClientContext* const* place);
 

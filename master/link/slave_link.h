@@ -31,7 +31,7 @@ struct LinkStats {
   std::string trouble;
   bool answers =
       false;  // while not connected: the slave answers and states why it rejects the call
-  bool observes = false;  // the slave has no manipulator, or no scene yet: nobody can operate
+  bool observes = false;  // the slave has no manipulator or no scene yet, so it cannot be operated
   std::uint64_t states_by_datagram = 0;  // states received first by datagram
   // Times across both clocks. `delay` and `age`: of states at arrival, since sending and since
   // sensing. `command_age`: of the newest command when the slave sent a state.

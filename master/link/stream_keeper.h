@@ -1,6 +1,6 @@
 // Keeps a stream of the slave open for an observer: a separate thread reads messages, and reopens
 // the stream with back-off when it ends. Only a slave that does not have the call (UNIMPLEMENTED)
-// ends it for good: a restart or another scene may change all other reasons.
+// ends it permanently: a restart or another scene may change all other reasons.
 #pragma once
 
 #include <chrono>

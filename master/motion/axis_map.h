@@ -1,5 +1,5 @@
-// Mapping of the device's axes to frame M, for a device that does not stand as its driver assumes.
-// A signed permutation P: orthogonal, so that it changes no length, force or power.
+// Mapping of the device's axes to frame M, for a device whose orientation differs from its driver's
+// assumption. A signed permutation P: orthogonal, so that it changes no length, force or power.
 //
 //   p_M = P p_D      R_M = P R_D P^T      w_M = det(P) P w_D      f_D = P^T f_M
 //   t_D = det(P) P^T t_M

@@ -10,8 +10,9 @@
 //
 //   f . dp <= U(p) - U(p + dp) + K |dp|^2 / 2
 //
-// The last term is what holding the force for a tick T leaks. The damping b of device and operator
-// dissipates it if K <= 2 b / T (Colgate & Schenkel 1994). Virtual fixtures: Rosenberg 1993.
+// The last term is the energy created by holding the force for a tick T. The damping b of device
+// and operator dissipates it if K <= 2 b / T (Colgate & Schenkel 1994). Virtual fixtures: Rosenberg
+// 1993.
 #pragma once
 
 #include <string>

@@ -5,11 +5,11 @@
 //
 // A command p = g(x) of the device's position x takes forces back by f_x = (dg/dx)^T f_p, so that
 // device and command exchange the same power: what a lock or the box removes from the motion it
-// also removes from the force. Springs at the device render locks, box and fixtures, and the
-// lag: the way by which a slow tool is behind the commanded position.
+// also removes from the force. Springs at the device render locks, box and fixtures, and the lag:
+// the distance by which a slow tool is behind the commanded position.
 //
-// Clutching moves nothing: locks and lag begin at the engagement, and a box or fixture that the
-// tool is outside of does not pull it in.
+// Clutching does not move the tool: locks and lag begin at the engagement, and a box or fixture
+// that the tool is outside of does not pull it in.
 #pragma once
 
 #include <cstdint>
@@ -52,7 +52,8 @@ class OperatorMotion {
     double dt = 0;            // [s]
   };
 
-  // `stiffest`: what the device renders stably [N/m]. Contact, springs and lag share it equally.
+  // `stiffest`: largest stiffness that the device renders stably [N/m]. Contact, springs and lag
+  // share it equally.
   OperatorMotion(const MotionOptions& options, double stiffest);
 
   // Returns a reading in the device's own axes D, in the master frame M. Real-time safe, like all

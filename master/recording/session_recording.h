@@ -56,7 +56,7 @@ class SessionRecording {
   // Views of the slave that a recording needs.
   static constexpr ObservedViews kViews{
       .image_rate = 2, .mesh_rate = 2, .traction = true, .field = true};
-  // Takes a message of an Observer. Keeps at most kViews of the images and meshes.
+  // Records a message of an Observer. Keeps at most kViews of the images and meshes.
   void OnObserved(const google::protobuf::Message& message);
   // Writes a line of the log. `is_alarm`: it is a warning.
   void Log(const std::string& line, bool is_alarm = false, Time at = Clock::now());

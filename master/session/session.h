@@ -48,7 +48,7 @@ struct Report {
   std::vector<FingerReport> fingers;              // empty: one tool
   std::optional<ShapeReport> shape;
   double energy_min = 0;  // least balance of the passivity control [J]
-  double work_min = 0;    // least energy put in by the operator minus energy returned [J]
+  double work_min = 0;    // minimum of the energy from the operator minus the energy returned [J]
   std::uint64_t clamped_ticks = 0, stale_ticks = 0, records_dropped = 0;
   std::uint32_t epochs = 0;
   OperatorState state = OperatorState::kDisconnected;  // at the end

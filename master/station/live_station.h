@@ -27,8 +27,8 @@ class LiveStation {
     Pointer* pointer = nullptr;    // null: the page cannot move the tool
     OperatorRequests* requests = nullptr;
   };
-  // What the page shows of the link, and actions that pages and keys may trigger. Called on threads
-  // of the station.
+  // Data about the link that the page shows, and actions that pages and keys may trigger. Called on
+  // threads of the station.
   struct Controls {
     std::function<StateRecord()> state;   // the newest of the slave
     std::function<Events()> take_events;  // of the slave since the last call

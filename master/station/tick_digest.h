@@ -80,7 +80,8 @@ struct HandTrace {
   double sensing = 0;                   // vision or tactile processing
   double model = 0;
   double wait = 0;  // until the state is sent
-  double wire = 0;  // by the clock offset, which may be wrong by half a round trip
+  // Time on the link according to the clock offset, which may be wrong by half a round trip.
+  double wire = 0;
   double tick = 0;  // from arrival of the state to the tick
   double total = 0;
 };

@@ -34,7 +34,7 @@ struct TeleopTransform {
   [[nodiscard]] Eigen::Vector3d ForceToMaster(const Eigen::Vector3d& f_S) const;
   // Rotation of the tool in S for one of the device in M; `begin` is set.
   [[nodiscard]] Eigen::Quaterniond RotationToSlave(const Eigen::Quaterniond& R_M) const;
-  // Sets the offset that maps `p_M` to `p_S`, so that engaging moves nothing.
+  // Sets the offset that maps `p_M` to `p_S`, so that engaging does not move the tool.
   void ZeroOffset(const Eigen::Vector3d& p_M, const Eigen::Vector3d& p_S);
 };
 

@@ -19,7 +19,7 @@ std::string Become(int policy, int priority) {
   }
   sched_param parameters{};
   parameters.sched_priority = priority;
-  // 0: the calling thread (sched_setscheduler(2), Linux).
+  // The argument 0 is the calling thread (sched_setscheduler(2), Linux).
   if (sched_setscheduler(0, policy, &parameters) != 0) {
     if (!refused.empty()) refused += "; ";
     refused += std::string("no real-time priority: ") + std::strerror(errno);

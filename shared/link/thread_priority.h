@@ -1,7 +1,8 @@
 // Thread priorities: haptic loop first, then watchdogs and devices, sensing, all threads that call
 // gRPC, and everything else. Sensing precedes the network, so that it keeps its period under
-// network load. The threads that call gRPC have one priority: its mutexes do not inherit, and who
-// waits for them spins, so that one of higher priority would keep the owner from the processor.
+// network load. The threads that call gRPC have one priority: its mutexes do not inherit priority
+// and waiting threads spin, so a waiting thread of higher priority would keep the owner from the
+// processor.
 #pragma once
 
 #include <functional>

@@ -59,9 +59,9 @@ DiscShare DiscOnTriangle(const SurfaceMesh& surface, int triangle, const Eigen::
 // The patch of a disc of diameter `width` > 0 around `place` at `p_O`: triangles whose centroid,
 // nodes that lie within width / 2 of it (1e-9 relative slack) on triangles that face the same way
 // (within 60 degrees of the mean normal at the place) and are connected with the place through such
-// triangles that the disc meets: a thin object is touched on one side only, and nothing beyond a
-// gap or a step. If nothing is that near, `triangles` has the triangle at the point, `nodes` is
-// empty and the weights of the point apply. Indices are in rising order.
+// triangles that the disc meets: a thin object is touched on one side only, and parts beyond a gap
+// or a step are not touched. If no centroid is that near, `triangles` has the triangle at the
+// point, `nodes` is empty and the weights of the point apply. Indices are in rising order.
 struct DiscPatch {
   std::vector<int> triangles;  // carry a uniform load, a third of each per node
   std::vector<int> nodes;      // have the same displacement

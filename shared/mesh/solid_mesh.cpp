@@ -107,7 +107,8 @@ SolidMesh Refined(const SolidMesh& mesh) {
   for (const auto& [a, b, c, d] : mesh.tets) {
     const int ab = middle(a, b), ac = middle(a, c), ad = middle(a, d);
     const int bc = middle(b, c), bd = middle(b, d), cd = middle(c, d);
-    // Four corners, then the inner octahedron about its axis from ac to bd.
+    // First the four tetrahedra at the corners, then the four of the inner octahedron about its
+    // axis from ac to bd.
     for (const std::array<int, 4>& tet : {std::array{a, ab, ac, ad},
                                           {ab, b, bc, bd},
                                           {ac, bc, c, cd},

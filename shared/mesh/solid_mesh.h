@@ -15,7 +15,7 @@ namespace palpate {
 struct SolidMesh {
   std::vector<Eigen::Vector3d> nodes;    // p_O [m]
   std::vector<std::array<int, 4>> tets;  // det(p1 - p0, p2 - p0, p3 - p0) > 0
-  // Young's modulus of every tetrahedron by the body's [-]; empty: 1.
+  // Young's modulus of every tetrahedron divided by the body's [-]; empty: 1.
   std::vector<double> modulus{};
 
   [[nodiscard]] double ModulusOf(std::size_t tet) const {
@@ -42,8 +42,8 @@ SurfaceMesh SurfaceOf(const SolidMesh& mesh);
 // more than 4 million tetrahedra.
 SolidMesh MeshBox(const Eigen::Vector3d& size, const std::array<int, 3>& cells);
 
-// Every tetrahedron cut into eight of its modulus, every triangle into four, at the middles of
-// their edges; the old nodes come first.
+// Divides every tetrahedron into eight with the same modulus, and every triangle into four, at the
+// midpoints of their edges. The old nodes come first.
 SolidMesh Refined(const SolidMesh& mesh);
 SurfaceMesh Refined(const SurfaceMesh& mesh);
 

@@ -1,4 +1,5 @@
-// A connection to a NATS server, which passes what slaves publish on to any number of observers.
+// A connection to a NATS server, which passes messages published by slaves to any number of
+// observers.
 #pragma once
 
 #include <filesystem>
@@ -23,8 +24,8 @@ struct NatsServer {
 // accepted: plain text beyond loopback only if `insecure`.
 NatsServer ParseNatsServer(const std::string& url, bool insecure, const std::filesystem::path& tls);
 
-// The subject of a kind of messages of a slave: `palpate.NAME.KIND`. What a subject cannot contain
-// becomes `-` in NAME.
+// The subject of a kind of messages of a slave: `palpate.NAME.KIND`. Characters that are invalid in
+// a subject become `-` in NAME.
 std::string SubjectOf(std::string_view slave, std::string_view kind);
 // NAME and KIND of such a subject. Both are empty for other subjects.
 struct SubjectParts {
@@ -32,8 +33,8 @@ struct SubjectParts {
 };
 SubjectParts PartsOf(std::string_view subject);
 
-// Connects, and again whenever the connection ends. Keeps nothing for the time without one. All
-// methods are called by one thread.
+// Connects, and reconnects whenever the connection ends. Messages are not stored while there is no
+// connection. All methods are called by one thread.
 class NatsConnection {
  public:
   // Both callbacks may also be called by threads of the library.
@@ -53,8 +54,8 @@ class NatsConnection {
   // The news name each client that the server cuts off because it reads too slowly, if the server
   // states to its clients (deploy/nats-server.conf).
   void ReportSlowClients();
-  // Returns whether there is a connection. Without one it tries to connect, up to five times a
-  // second, which takes a second where nobody answers.
+  // Returns whether there is a connection. Without one it tries to connect, up to five times per
+  // second; an attempt without an answer takes a second.
   bool Connected();
   // False: there is no connection, or the server accepts no message of this size.
   bool Publish(const std::string& subject, std::string_view bytes);

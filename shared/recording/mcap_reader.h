@@ -73,7 +73,7 @@ class McapReader {
   void TakeChannel(std::string_view content);
   void TakeChunk(std::string_view content);
   void TakeAttachment(std::string_view content);
-  // Behind the data: reports what follows the end of the file.
+  // Reports data that follows the end of the MCAP data.
   void LookBehind();
   void Damage(const std::string& what);
 

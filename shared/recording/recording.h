@@ -144,7 +144,7 @@ class Recording {
   std::unique_ptr<McapWriter> writer_;
 
   mutable PriorityInheritanceMutex mutex_;  // guards the members below
-  PriorityInheritanceCondition changed_;    // nothing notifies it: it ends a wait at a stop
+  PriorityInheritanceCondition changed_;    // never notified; it only ends a wait at a stop
   std::deque<Waiting> queue_;
   std::size_t waiting_ = 0;               // [bytes]
   std::optional<Time> oldest_unwritten_;  // when the oldest one was queued

@@ -19,7 +19,7 @@ class RecordingReader {
   // `file`: a file, or the common name of parts. Throws InputError if unreadable or no MCAP file.
   explicit RecordingReader(const std::filesystem::path& file);
 
-  // Goes to the next message; false: there is no more.
+  // Moves to the next message; returns false if there is none.
   bool Next();
   [[nodiscard]] std::string_view topic() const { return channel_->topic; }
   [[nodiscard]] Time at() const;

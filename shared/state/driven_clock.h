@@ -5,9 +5,9 @@
 
 namespace palpate {
 
-// While one lives, Clock::now() in the thread that made it is the newest time that was reached.
-// Nothing happens there while it waits: waiting for a time is reaching it. It begins at the same
-// date in each process, so that equal samples give equal digits.
+// While an object exists, Clock::now() in its thread returns the newest time that was reached.
+// Waiting for a time there only advances this clock. It begins at the same date in each process, so
+// that equal samples give identical results.
 class DrivenClock {
  public:
   static constexpr Time kBegin{std::chrono::hours(24 * 10957)};  // 2000-01-01

@@ -1,4 +1,4 @@
-// Titles of table columns: a name and a unit in brackets or behind it.
+// Titles of table columns: a name and a unit, in brackets or after the name.
 #pragma once
 
 #include <cstdint>
@@ -9,7 +9,7 @@
 namespace palpate {
 
 enum class Quantity : std::uint8_t { kNumber, kLength, kForce, kStress, kTime };
-// `a length in m mm um ...`, with the units that are understood.
+// Returns for example `a length in m mm um ...`, with the known units.
 std::string InWords(Quantity quantity);
 
 struct Unit {
@@ -17,18 +17,18 @@ struct Unit {
   Quantity quantity = Quantity::kNumber;
   double to_si = 1;
 };
-// The unit that `word` names, with or without brackets; nullopt: none that is understood.
+// Returns the unit named by `word`, with or without brackets; nullopt: unknown.
 std::optional<Unit> FindUnit(std::string_view word);
 
 struct ColumnTitle {
   std::string name;                    // without the unit
-  std::optional<double> to_si{};       // factor of the unit it names; nullopt: it names none
+  std::optional<double> to_si{};       // factor of the title's unit; nullopt: no unit
   std::optional<Quantity> quantity{};  // quantity of the unit
-  std::string unknown_unit{};          // text in place of a unit that is not known
+  std::string unknown_unit{};          // text of an unknown unit
 };
-// `Load (N)`, `Strain (Extension) (%)`.
+// Splits titles such as `Load (N)` and `Strain (Extension) (%)`.
 ColumnTitle SplitTitle(std::string_view title);
-// Also `Force / N`, `Stress, psi`, `P_MPa`, `Kraft in N`; the name in small letters.
+// Also splits `Force / N`, `Stress, psi`, `P_MPa` and `Kraft in N`; the name becomes lower case.
 ColumnTitle SplitFreeTitle(std::string_view title);
 
 }  // namespace palpate

@@ -109,7 +109,7 @@ class CsvTable : public CsvLines {
 
  private:
   void TakeHeader(Header header);
-  // `unit`: what a title or a cell names for the column `name`.
+  // `unit`: unit given in a title or a cell for the column `name`.
   void RequireQuantity(std::string_view name, std::optional<Quantity> unit) const;
   bool IsRowOfUnits();
 

@@ -8,7 +8,8 @@
 
 namespace palpate {
 
-// `a workbook (.xlsx): save the table as CSV`, by the first 512 bytes. Empty: text, or unknown.
+// Returns for example `a workbook (.xlsx): save the table as CSV` from the first 512 bytes. Empty:
+// text, or unknown.
 std::string ForeignFormat(std::string_view beginning);
 // Applies ForeignFormat to the beginning of a file. Also returns an empty string if the file cannot
 // be read.

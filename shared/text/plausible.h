@@ -1,5 +1,5 @@
-// Numbers that are hardly meant: the ranges of what is pressed on a desk, and which unit was
-// probably meant beyond them.
+// Detects implausible numbers by the ranges of typical objects, and suggests the unit that was
+// probably intended.
 #pragma once
 
 #include <cstdint>
@@ -14,7 +14,7 @@ enum class Plausible : std::uint8_t {
   kDensity,         // of a solid [kg/m^3]
   kGravity,         // [m/s^2]
   kBodySize,        // longest side of a body on a desk [m]
-  kFingertipForce,  // that a fingertip bears [N]
+  kFingertipForce,  // force on a fingertip [N]
   kHandPosition,    // of a haptic device's tip, from its origin [m]
 };
 

@@ -90,15 +90,15 @@ std::string ReadWholeFile(const std::filesystem::path& file, std::uintmax_t most
 // Throws std::system_error `file: cannot be written: reason`.
 void WriteWholeFile(const std::filesystem::path& file, std::string_view bytes);
 
-// How to treat a symbolic link at the name of a result: the user may have chosen it, or somebody
-// planted it in a folder that the program chose.
+// How to treat a symbolic link at the name of a result: it may have been made by the user, or by an
+// attacker in a folder that the program chose.
 enum class Links : std::uint8_t { kFollow, kReplace };
 // Writes to an open file. Returns false on failure.
 using FileWriter = std::function<bool(std::FILE*)>;
 
 // Replaces a file atomically: readers find the old or the new one. `write` gets a new file with a
-// random name in the same folder. The result keeps the mode of the old file. Devices and pipes that
-// are followed are written to. False: the old file stays.
+// random name in the same folder. The result keeps the mode of the old file. Devices and pipes are
+// written to directly if links are followed. Returns false if the old file was kept.
 [[nodiscard]] bool TryReplace(const std::filesystem::path& file, const FileWriter& write,
                               Links links = Links::kFollow);
 [[nodiscard]] bool TryReplace(const std::filesystem::path& file, std::string_view bytes,

@@ -1,5 +1,5 @@
 // Invariants of the values that modules exchange. A violation is a fault of the program: with
-// PALPATE_VALIDATE and in Debug it ends the program, in other builds nothing is checked.
+// PALPATE_VALIDATE and in Debug it ends the program, other builds do not check.
 #pragma once
 
 #include <string>

@@ -18,7 +18,7 @@ namespace palpate {
 // Returns the name in lower case and without the prefix of the enumeration: `following` for
 // PHASE_FOLLOWING. The prefix is that of the first value, which is PREFIX_UNSPECIFIED.
 std::string ProtoNameOf(const google::protobuf::EnumValueDescriptor& value);
-// These names by the number of the value, from 0 without gaps.
+// Returns these names indexed by the value's number, from 0 without gaps.
 std::vector<std::string> ProtoNamesOf(const google::protobuf::EnumDescriptor& enumeration);
 // The name of `value`, which has one, with static lifetime.
 template <class ProtoEnum>

@@ -38,8 +38,8 @@ using ReadImages = std::function<StereoPair()>;
 
 struct ReadOptions {
   std::string description;
-  double rate = 60;  // timestamps are 1 / rate apart [Hz], > 0,
-  // or these multiples of it from the first, one per image; empty: no gaps
+  double rate = 60;  // timestamps are 1 / rate apart [Hz], > 0
+  // Times of the images after the first image, in multiples of 1 / rate. Empty: no gaps.
   std::vector<std::uint64_t> instants = {};
 };
 

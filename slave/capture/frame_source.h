@@ -26,7 +26,7 @@ struct Frame {
 struct StereoPair {
   cv::Mat left, right;         // 8 bit grey, the rig's size; depth: 16 bit and empty
   std::uint64_t sequence = 0;  // from 1
-  Time sensed_at{};            // when they were taken (middle of the exposures of both)
+  Time sensed_at{};            // time of capture (middle of the exposures of both)
   double skew = 0;             // time between right and left by their timestamps [s]
 };
 
@@ -35,7 +35,7 @@ struct CameraHealth {
   std::string trouble;  // empty: nothing
   std::uint64_t taken = 0,
                 dropped = 0;  // images or pairs; for pairs, those whose images are too far apart
-  double skew = 0;            // of the last pair used, right minus left [s]
+  double skew = 0;            // time difference of the last used pair, right minus left [s]
 };
 
 template <typename Image>
@@ -49,8 +49,8 @@ class ImageSource {
   // requested. Throws std::runtime_error on an error of the source (unreadable file, camera gone, a
   // pair of two sizes); the message names it.
   virtual std::optional<Image> Next(const std::stop_token& stop) = 0;
-  // Returns the description for people: `files frames/%04d.png (120)`, `files left/*.png (120
-  // pairs)`.
+  // Returns a description for display, such as `files frames/%04d.png (120)` or `files left/*.png
+  // (120 pairs)`.
   [[nodiscard]] virtual std::string description() const = 0;
   // nullopt: not a live source. Thread-safe.
   [[nodiscard]] virtual std::optional<CameraHealth> health() const { return std::nullopt; }

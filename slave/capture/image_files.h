@@ -12,7 +12,7 @@
 
 namespace palpate {
 
-// Files that `pattern` names, in the order of time:
+// Returns the files that match `pattern`, sorted by time:
 //   frames/%04d.png  a printf pattern with one %d: from 0, else from 1, else from the smallest
 //                    number there is, gaps left out
 //   frames/*.jpg     a glob (* and ? in the file name), sorted naturally: img2 before img10

@@ -49,7 +49,7 @@ class ImageInbox {
 
   struct Refusal {
     std::string why;
-    bool is_held = false;  // by another sender: nothing is wrong with the sample
+    bool is_held = false;  // refused only because another sender holds the inbox
   };
   // Decodes and stores a sample that arrived at `arrived_at`. Rejects: undecodable data; another
   // size, kind or number of channels than the scene's or the first one's; a sequence that does not

@@ -18,7 +18,7 @@ StereoPair Arranged(StereoPair images, PairLayout layout, const std::string& nam
 // `1 channel of 8 bit`
 std::string TypeInWords(int type);
 
-// The left images of `source`, each as `filter`, if there is one, makes it.
+// Returns the left images of `source`, each processed by `filter` if there is one.
 std::unique_ptr<FrameSource> LeftImages(std::unique_ptr<StereoSource> source,
                                         ImageFilter filter = {});
 

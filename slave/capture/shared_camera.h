@@ -14,7 +14,7 @@ namespace palpate {
 // Thread-safe.
 class SharedCamera {
  public:
-  // Opens a live camera. Throws as OpenFrameSource does.
+  // Opens a live camera. Throws the exceptions of OpenFrameSource.
   explicit SharedCamera(const Camera& camera);
   ~SharedCamera();
   SharedCamera(const SharedCamera&) = delete;
@@ -24,8 +24,8 @@ class SharedCamera {
   // if it is given, else from the newest image on. Recorded: from the first image on, repeatedly.
   [[nodiscard]] std::unique_ptr<FrameSource> Open(const ImageFilter& filter = {},
                                                   std::optional<Frame> first = {}) const;
-  // Live: the next image, which was taken after this call. Recorded: the first one. nullopt:
-  // `stop`. Throws std::runtime_error: none comes within 2 s plus two periods.
+  // Live: the next image, which was taken after this call. Recorded: the first one. nullopt: `stop`
+  // was requested. Throws std::runtime_error if none arrives within 2 s plus two periods.
   [[nodiscard]] std::optional<Frame> Fresh(const std::stop_token& stop) const;
 
   // Returns the camera with the size of its images.

@@ -45,16 +45,16 @@ TactileRecording ReadTactileRecording(const std::filesystem::path& file,
                                       std::span<const std::string> wanted,
                                       const TactileChannels& channels = {});
 
-// The fingers that ReadTactileRecording would read; only the header is read. Throws as it does.
+// The fingers that ReadTactileRecording would read; only the header is read. Throws the same
+// exceptions.
 std::vector<RecordedFinger> ReadTactileFingers(const std::filesystem::path& file,
                                                std::span<const std::string> wanted,
                                                const TactileChannels& channels = {});
 
-// The recording of the scene. A rate within a tenth of the scene's is taken as it is, another one
-// down to a quarter is resampled, linear between samples, of rotations spherically linear. The
-// first frame behind more than three periods without a sample is marked. Frames come at the
-// recorded rate by the Clock of the thread that takes them. Throws std::runtime_error like
-// ReadTactileRecording.
+// The recording of the scene. A rate within a tenth of the scene's is used unchanged; another one,
+// down to a quarter, is resampled: linearly, and spherically for rotations. The first frame after
+// more than three periods without a sample is marked. Frames come at the recorded rate by the Clock
+// of the thread that takes them. Throws std::runtime_error like ReadTactileRecording.
 std::unique_ptr<TactileSource> OpenTactileRecording(const Scene& scene);
 
 // Returns the column of a recording that is its clock: the first of `rel_time_s`, `time_s`, `t`,
@@ -68,7 +68,7 @@ double ReadTime(const CsvTable& rows, std::size_t column, const double* before);
 // Interpolates between two readings: `share` 0 gives the first, 1 the second. The result has a pose
 // if both have one.
 FingerReading Between(const FingerReading& from, const FingerReading& to, double share) noexcept;
-// Linear in place, spherically linear in rotation.
+// Interpolates the position linearly and the rotation spherically.
 Eigen::Isometry3d Between(const Eigen::Isometry3d& from, const Eigen::Isometry3d& to,
                           double share) noexcept;
 

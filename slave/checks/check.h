@@ -31,7 +31,7 @@ class Check {
   Check& operator=(const Check&) = delete;
   virtual ~Check() = default;
 
-  // Once per sample. Allocation-free after the first samples.
+  // Call it once per sample. Allocation-free after the first samples.
   virtual void Examine(const Sample& sample, Findings* findings) noexcept = 0;
   // Called when nothing is in contact and the object may have moved.
   virtual void Reset() noexcept {}

@@ -47,7 +47,7 @@ class ProgressBar final : public Progress {
   std::stop_token stop_;
   Output output_;
   double started_ = 0;  // [s]
-  bool long_ = false;   // the work is expected to take long, or takes long
+  bool long_ = false;   // whether the work takes long or is expected to
   std::string stage_;
   double stage_started_ = 0;  // [s]
   double drawn_at_ = 0;       // [s]

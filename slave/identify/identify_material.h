@@ -31,7 +31,8 @@ struct IdentifyRequest {
 
 // Actions of the caller that need a scene.
 struct IdentifyActions {
-  std::function<void(const Scene&)> remark;  // on its numbers; empty: nothing
+  // Called to remark on the scene's numbers; empty: not called.
+  std::function<void(const Scene&)> remark;
   // The fit of `images=FILE`; empty: refused.
   std::function<ImageFit(const Scene&, const std::filesystem::path&)> fit_images;
 };

@@ -54,8 +54,8 @@ struct IdentifyReport {
 std::string SceneLines(const identify::LawFit& fit, double specimen_sigma);
 
 // Returns for example "comp: read as a compression of up to 25 %, where the specimen bears 54 N,
-// the weight of 5500 g. If that is not so, a unit or a size is wrong"; if the section is unknown,
-// the load is that of 10 mm x 10 mm.
+// the weight of 5500 g. Otherwise a unit or a size is wrong"; if the section is unknown, the load
+// is that of 10 mm x 10 mm.
 std::string ReadingOf(const identify::MaterialTest& test);
 
 std::string ToWords(const IdentifyReport& report);

@@ -123,7 +123,7 @@ struct ShapeResidual {
   }
 };
 
-// Every free exponent over a few values, in rising order.
+// Returns the start values of the free exponents: all ascending combinations of a few values.
 std::vector<VectorXd> Grid(const LawFamily& family) {
   static constexpr std::array kExponents{-25.0, -12.0, -5.0, -2.0, -0.8, 0.8,
                                          1.5,   2.5,   4.5,  8.0,  14.0, 25.0};
@@ -187,7 +187,8 @@ VectorXd ScalesOf(const LawFamily& family, const VectorXd& values) {
   return scales;
 }
 
-// Derivatives of all predicted stresses by the constants, by differences [Pa per unit].
+// Derivatives of all predicted stresses with respect to the constants, by finite differences [Pa
+// per unit].
 MatrixXd Sensitivities(const LawFamily& family, const VectorXd& values,
                        const std::vector<MaterialTest>& tests) {
   constexpr double kStep = 1e-5;  // relative
@@ -209,7 +210,7 @@ struct Inverse {
   MatrixXd determined, open;
 };
 
-// In columns of length one, so that units and sizes of constants play no part.
+// Scales the columns to length 1, so that units and magnitudes of constants have no influence.
 Inverse Invert(const MatrixXd& J, const VectorXd& scales) {
   constexpr double kNothing = 1e-10;  // of the largest eigenvalue
   constexpr double kOpen = 10;        // relative sigma of a constant that is not determined

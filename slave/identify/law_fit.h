@@ -1,9 +1,9 @@
 // A law's constants from tests, by least squares, with the quality of the fit and intervals.
 //
-// For given exponents the stresses are linear in the moduli, which are found exactly, none negative
-// (but Yeoh's higher ones); the exponents are found by the Levenberg-Marquardt method (Eigen's
-// version of MINPACK, because the problems are small and dense) from the best of a fixed grid, so
-// that the same data give the same answer.
+// For given exponents the stresses are linear in the moduli, which are found exactly and are not
+// negative (except Yeoh's higher ones); the exponents are found by the Levenberg-Marquardt method
+// (Eigen's version of MINPACK, because the problems are small and dense) from the best of a fixed
+// grid, so that the same data give the same answer.
 #pragma once
 
 #include <algorithm>

@@ -33,7 +33,8 @@ struct MaterialTest {
   std::vector<std::string> remarks;  // on its table, a sentence each
   double end_factor = 1;  // factor by which bonded ends stiffen the specimen, see bonded_cylinder.h
   double area = 0;        // area of the loaded section at rest [m^2]; 0: unknown
-  bool units_named = true;  // of all columns that were used, by the header or an option
+  // Whether the units of all used columns are given by the header or an option.
+  bool units_named = true;
 
   [[nodiscard]] double Peak() const;  // largest size of a measured stress [Pa]
   [[nodiscard]] std::size_t values() const { return rows.size() * components.size(); }

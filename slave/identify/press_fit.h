@@ -39,7 +39,7 @@ PressFit FitPress(const Scene& scene, const std::filesystem::path& file, double 
 // From rows `case,x,y,z[,fx,fy,fz][,dx,dy,dz][,width]`: loads of the tool on the object [N], none
 // without a number, and measured displacements from the unloaded shape [m], each component where
 // there is a number. A measured point without load has a row without a force. Gravity is the
-// scene's. Throws as FitPress.
+// scene's. Throws the exceptions of FitPress.
 PressFit FitLoads(const Scene& scene, const std::filesystem::path& file, double width,
                   Progress* progress);
 

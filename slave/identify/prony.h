@@ -2,9 +2,9 @@
 //
 //   stress(t) = integral of G(t - s) d strain / ds ds,   G(t) = G_inf + sum of G_i exp(-t / tau_i)
 //
-// The times are two per decade between the shortest step and the whole record; the moduli are found
-// by least squares, none negative. Terms with zero modulus, and those whose 95 % interval includes
-// zero, are left out.
+// There are two time constants per decade between the shortest step and the whole record; the
+// moduli are found by non-negative least squares. Terms with zero modulus, and those whose 95 %
+// interval includes zero, are left out.
 #pragma once
 
 #include <vector>
@@ -29,7 +29,7 @@ struct PronyFit {
   [[nodiscard]] double At(double time) const;  // G(time) [Pa]
 };
 
-// All records of one material, whatever their strain histories. Throws InputError: no strain; shear
+// Fits all records of one material, with any strain histories. Throws InputError: no strain; shear
 // and other strains together; records that cannot separate fading from a curved stress-strain law,
 // because the strain only rises at one rate, without a hold or a return.
 PronyFit FitProny(const std::vector<RelaxationTable>& tables);

@@ -28,8 +28,8 @@ void TakeOffTravel(MaterialTest* test);
 // rows after the slack meets the initial load. Adds remarks.
 void TakeOffBeginning(MaterialTest* test);
 
-// Adds a remark if the test begins softer than it goes on, and returns whether. A toe looks like a
-// material that stiffens.
+// Adds a remark if the test is softer at the beginning than later, and returns whether it did. A
+// toe region looks like a stiffening material.
 bool RemarkSoftBeginning(MaterialTest* test);
 
 // Adds a remark if a tension stiffens from rest as compressions do, or a compression softens as

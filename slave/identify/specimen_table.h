@@ -40,7 +40,7 @@ struct RelaxationTable {
   bool units_named = true;                   // of the stress
 };
 
-// A table of too few rows, which can be left out.
+// Error for a table with too few rows, which may be skipped.
 struct TooFewRows : InputError {
   using InputError::InputError;
 };

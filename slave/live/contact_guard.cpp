@@ -10,12 +10,12 @@ namespace {
 constexpr double kArrived = 0.005;
 // A retreat ends after kRetreatTimes its duration at full speed plus kRetreatLonger [s].
 constexpr double kRetreatTimes = 2, kRetreatLonger = 1;
-// At a guard motions within the distance that the arm travels in this time are tremor and no deeper
+// At a guard, motions up to the distance that the arm travels in this time are tremor, not a deeper
 // press [s].
 constexpr double kTremor = 0.02;
 constexpr double kFalls = 0.95;  // fraction of the force at the guard below which the guard ends
-// After the last motion of the tool, samples show its effect within this time; later ones are
-// waited for so long [s].
+// Time within which samples show the effect of the tool's last motion; the longer one applies while
+// the force is unknown [s].
 constexpr double kSeenWithin = 0.3, kWaitedFor = 10;
 
 }  // namespace

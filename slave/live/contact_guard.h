@@ -19,8 +19,8 @@ struct ContactState {
   std::optional<Eigen::Vector3d> force;  // of the object on the tool [N]; nullopt: unknown
   double depth = 0;                      // of the tool in the object [m]
   Eigen::Vector3d outward{0, 0, 0};      // of the surface touched [-]
-  // Values at the present tip position by the local model: magnitude of the force [N], 0: unknown;
-  // depth [m], negative above the surface.
+  // Values at the present tip position according to the local model: magnitude of the force [N] (0:
+  // unknown), and depth [m] (negative above the surface).
   double force_by_now = 0, depth_by_now = 0;
   // The surface of the local model: outward normal, zero: unknown; increase of the force with depth
   // [N/m], 0: unknown.

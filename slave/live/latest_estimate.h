@@ -38,12 +38,13 @@ class LatestEstimate {
   [[nodiscard]] ContactEstimate Get() const;
   // Returns the newest estimate, with kStale if it is too old at `now`.
   [[nodiscard]] ContactEstimate Fresh(Time now) const;
-  // The tool or a fingertip touches the object, by the last estimate, whatever its validity.
+  // Returns whether the tool or a fingertip touches the object according to the last estimate, with
+  // any validity.
   [[nodiscard]] bool Touches() const;
   // Returns whether the tool touches by an estimate that no check contradicts. An estimate of a
   // lost tip or a moved camera shows no contact.
   [[nodiscard]] bool TouchesSurely() const;
-  // At most the newest few hundred, see Slave.
+  // Returns at most a few hundred traces, the newest ones; see Slave.
   [[nodiscard]] std::vector<SampleTrace> TracesSince(Time sensed_at) const;
   Events TakeEvents();
   bool WaitForNewer(Time sensed_at, std::chrono::milliseconds timeout);

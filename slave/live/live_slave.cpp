@@ -23,7 +23,8 @@ bool ShowsTool(SensingPipeline& sense, const Manipulator& manipulator) {
 // A pipeline that computes no force misses none.
 ManipulatorOptions LimitsOf(const Scene& scene, const SensingPipeline& sense) {
   ManipulatorOptions limits = scene.manipulator;
-  if (!sense.info().tells_force) limits.blind_after = std::numeric_limits<double>::infinity();
+  if (!sense.info().has_force_estimate)
+    limits.blind_after = std::numeric_limits<double>::infinity();
   return limits;
 }
 

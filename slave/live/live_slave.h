@@ -112,7 +112,7 @@ class LiveSlave final : public Slave {
   const Time started_at_ = Clock::now();
   const bool has_scene_;
   SceneSetup* setup_ = nullptr;
-  const SenseRecorder* recorder_ = nullptr;  // null: nothing is recorded
+  const SenseRecorder* recorder_ = nullptr;  // null: no recording
   std::string setup_camera_;
   const std::unique_ptr<Manipulator> manipulator_;
   const std::unique_ptr<SensingPipeline> sense_;
@@ -130,10 +130,9 @@ class LiveSlave final : public Slave {
 };
 
 // Creates the slave of the scene with manipulator and sensing. The samples of simulated sensors
-// come from palpate-simulator, see StreamSimulated. Throws as they do.
-// `state_folder`: see KeepStopIn; empty: an emergency stop ends with the process. `recorder`: of
-// the sensing, outlives the slave; null: none. `open`, `progress`: see
-// SenseInputs.
+// come from palpate-simulator, see StreamSimulated. Throws the same exceptions. `state_folder`: see
+// KeepStopIn; empty: an emergency stop ends with the process. `recorder`: of the sensing, outlives
+// the slave; null: none. `open`, `progress`: see SenseInputs.
 std::unique_ptr<LiveSlave> MakeLiveSlave(Scene scene,
                                          const std::filesystem::path& state_folder = {},
                                          SenseRecorder* recorder = nullptr,

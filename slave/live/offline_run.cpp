@@ -28,7 +28,7 @@ nlohmann::ordered_json StageJson(const StageTimes& times) {
   return {{"p50", times.p50_us}, {"p99", times.p99_us}, {"max", times.max_us}};
 }
 
-// Times in s.
+// The times are in s.
 nlohmann::ordered_json ToJson(const ModelDecision& decision) {
   auto rejected = nlohmann::ordered_json::array();
   for (const RejectedModel& one : decision.rejected) {
@@ -138,7 +138,7 @@ class Run {
         drivers_(*slave_) {
     summary_.has_truth = simulation_ != nullptr;
     summary_.sense = slave_->sense().info();
-    states_.emplace(options.out, summary_.has_truth && summary_.sense.tells_force);
+    states_.emplace(options.out, summary_.has_truth && summary_.sense.has_force_estimate);
     if (options.images) std::filesystem::create_directories(options.out / "images");
     OpenReport();
   }

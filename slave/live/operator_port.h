@@ -65,9 +65,9 @@ class OperatorPort {
   // Whether to call Watch: there is an operator, the tool retreats, or the last motion is not
   // accounted for.
   [[nodiscard]] bool IsWatchDue() const;
-  // Waits until a watch is due; false: it was already.
+  // Waits until IsWatchDue. Returns false if it did not have to wait.
   bool AwaitOperator(const std::stop_token& stop);
-  // Before the first Watch after a time in which none was due.
+  // Call it before the first Watch after a time in which IsWatchDue was false.
   void BeginWatch() noexcept;
 
   // Throws std::logic_error while an operator is engaged.
@@ -140,12 +140,12 @@ class CommandWatchdog {
  private:
   OperatorPort& port_;
   const std::function<ContactState()> contact_;
-  bool rests_ = true;  // no watch was due
+  bool rests_ = true;  // IsWatchDue was false at the last call
   std::jthread thread_;
 };
 
-// Throws std::logic_error: an operator is engaged or the object is in contact, so nothing may
-// change.
+// Throws std::logic_error if an operator is engaged or the object is in contact, because settings
+// must not change then.
 void RefuseUnlessFree(const OperatorPort& port, bool touches);
 // Throws std::invalid_argument naming the value out of range, and the range.
 void CheckRanges(const ParameterChange& change);

@@ -16,8 +16,8 @@
 
 namespace palpate {
 
-// Costs nothing without requests. Update: one thread, with no other calls to the sensing at the
-// same time; Get: any thread.
+// Does no work without requests. Update: one thread, with no other calls to the sensing at the same
+// time; Get: any thread.
 class PatchPublisher {
  public:
   static constexpr double kWanted = 2;         // time since the last request [s]
@@ -31,9 +31,9 @@ class PatchPublisher {
   explicit PatchPublisher(const Options& options)
       : options_(options), learnt_law_(options.depth, options.period) {}
 
-  // The newest patch; empty: none yet. A request keeps it up to date.
+  // Returns the newest patch; empty: none yet. Requests keep it up to date.
   [[nodiscard]] PatchSnapshot Get(Time now);
-  // After each sample.
+  // Call it after each sample.
   void Update(const ContactEstimate& estimate, std::uint32_t settings_revision,
               SensingPipeline* sense, Time now);
 

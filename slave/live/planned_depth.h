@@ -7,21 +7,21 @@
 
 namespace palpate {
 
-// One thread.
+// Used by one thread.
 class PlannedDepth {
  public:
   // `planned`: indentation that the study assumed [m], > 0.
   explicit PlannedDepth(double planned) : planned_(planned), reported_(kDeeper * planned) {}
 
-  // For each sample. Returns the text of an alarm when a contact ends that was more than a tenth
-  // deeper than planned and deeper than any reported before; else empty.
+  // Call it for each sample. Returns the text of an alarm when a contact ends that was more than a
+  // tenth deeper than planned and deeper than any reported before; else empty.
   [[nodiscard]] std::string Update(const ContactEstimate& estimate, bool touches);
 
  private:
   static constexpr double kDeeper = 1.1;  // depth that is reported, relative to the planned one [-]
 
   const double planned_;  // [m]
-  double reported_;       // a contact that is no deeper is not reported [m]
+  double reported_;       // only deeper contacts are reported [m]
   double deepest_ = 0;    // largest depth of this contact [m]
 };
 

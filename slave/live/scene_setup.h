@@ -35,7 +35,7 @@ struct ProposalReport {
   std::optional<Contact> contact;  // a typical one
 };
 
-// A checked and saved scene whose slave has started. Without Use nothing has changed.
+// A checked and saved scene whose slave has started. It takes effect only with Use.
 class PreparedScene {
  public:
   virtual ~PreparedScene() = default;
@@ -43,8 +43,8 @@ class PreparedScene {
   PreparedScene(const PreparedScene&) = delete;
   PreparedScene& operator=(const PreparedScene&) = delete;
   [[nodiscard]] virtual SlaveDescription Describe() const = 0;
-  // The scene is saved as the present one, and its slave will be served in place of the other one.
-  // Throws std::runtime_error: it cannot be saved; nothing has changed then.
+  // Saves the scene as the present one; its slave will replace the other one. Throws
+  // std::runtime_error without any change if it cannot be saved.
   virtual void Use() = 0;
 };
 
@@ -67,14 +67,13 @@ struct FoundBoard {
 class SceneSetup {
  public:
   virtual ~SceneSetup() = default;
-  // Changes nothing. Throws std::invalid_argument: a name of a file.
+  // Checks without changes. Throws std::invalid_argument for an invalid file name.
   virtual ProposalReport Check(const SceneProposal& proposal, Progress* progress) = 0;
-  // Checks the scene, saves it beside the present one, and starts its slave. Throws
-  // std::invalid_argument: the mistakes; std::runtime_error: it cannot be saved.
+  // Checks the scene, saves it in addition to the present one, and starts its slave. Throws
+  // std::invalid_argument with the mistakes, and std::runtime_error if it cannot be saved.
   virtual std::unique_ptr<PreparedScene> Prepare(const SceneProposal& proposal,
                                                  Progress* progress) = 0;
-  // The object's outline in `image` near the polygon `near` [px], as FindOutlineNear. Throws as it
-  // does.
+  // Calls FindOutlineNear: the object's outline in `image` near the polygon `near` [px].
   virtual FoundOutline FindOutline(const cv::Mat& image, CurveView near) = 0;
   // Throws std::runtime_error: the board is not in the last image, or calibration is not installed;
   // std::invalid_argument: the images.

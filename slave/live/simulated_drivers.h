@@ -23,9 +23,9 @@ class SimulatedDrivers {
   // `slave` has the same scene and outlives them.
   explicit SimulatedDrivers(Slave& slave) : slave_(slave) {}
 
-  // The manipulator's reports up to the sample, along a line from where it was, then the sample.
-  // Afterwards it is the sample's time on the driven clock. Throws std::runtime_error: the slave
-  // refuses something, why.
+  // Sends the manipulator's reports up to the sample, along a line from its last position, then the
+  // sample. The driven clock then shows the sample's time. Throws std::runtime_error with the
+  // reason if the slave refuses a message.
   void Send(const v1::SimulatedSample& sample);
   void SendReports(const v1::SimulatedTruth& truth, Time sensed_at);
   void SendImages(const v1::ImageSample& images);

@@ -98,9 +98,9 @@ class Slave {
   // again when SetWatched(true) returns. One caller (the publisher).
   virtual void SetWatched(bool is_watched) = 0;
 
-  // --- settings and health. Throw std::invalid_argument (what is accepted) or std::logic_error
-  // (not now, why). Builds of a model report to `progress`, if there is one, and throw Interrupted
-  // if it requests a stop: nothing has changed then.
+  // --- settings and health. Throw std::invalid_argument with the accepted values, or
+  // std::logic_error with the reason if a change is not possible now. Building a model reports to
+  // `progress`, if there is one, and throws Interrupted without any change if it requests a stop.
   [[nodiscard]] virtual SlaveDescription Describe() const = 0;
   [[nodiscard]] virtual SlaveStatus Status() const = 0;
   virtual void SetModel(const ModelChange& change, Progress* progress = nullptr) = 0;

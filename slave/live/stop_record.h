@@ -31,7 +31,7 @@ class StopRecord {
   virtual void End();
   void set_again(std::chrono::milliseconds again) noexcept { again_ = again; }
   [[nodiscard]] bool is_active() const;
-  // `emergency stop for 12 s: by the operator`; empty: none.
+  // Returns for example `emergency stop for 12 s: by the operator`; empty: no stop.
   [[nodiscard]] std::string Words() const;
 
  private:

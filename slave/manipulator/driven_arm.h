@@ -44,7 +44,7 @@ using DriverId = std::uint64_t;  // never 0
 // Why a reading is not used.
 struct DriverRefusal {
   std::string why;
-  bool is_held = false;  // by another driver: nothing is wrong with the reading
+  bool is_held = false;  // refused only because another driver holds the arm
   bool operator==(const DriverRefusal&) const = default;
 };
 

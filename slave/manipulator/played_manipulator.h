@@ -8,7 +8,7 @@
 
 namespace palpate {
 
-// Commands move nothing: it is where it was. For one thread.
+// Ignores commands and reports the recorded positions. For one thread.
 class PlayedManipulator final : public Manipulator {
  public:
   explicit PlayedManipulator(const Eigen::Vector3d& p_S_home) : p_S_tip_(p_S_home) {}

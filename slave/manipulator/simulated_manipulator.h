@@ -12,7 +12,7 @@ namespace palpate {
 
 class SimulatedManipulator : public Manipulator {
  public:
-  // Throws as TipFollower does.
+  // Throws the exceptions of TipFollower.
   explicit SimulatedManipulator(const ManipulatorOptions& options) : follower_(options) {}
 
   bool Command(const Eigen::Vector3d& p_S_target) noexcept override {
@@ -34,7 +34,7 @@ class SimulatedManipulator : public Manipulator {
   [[nodiscard]] bool carries_tool() const noexcept override { return false; }
 
  private:
-  // The follower at the present time. With mutex_ held.
+  // Returns the follower at the present time. Requires mutex_ to be held.
   TipFollower& Present() const noexcept {
     const Time now = Clock::now();
     follower_.Step(SecondsBetween(stepped_at_, now));

@@ -25,7 +25,7 @@ namespace palpate {
 class StreamedManipulator final : public Manipulator {
  public:
   using Now = Time (*)();
-  // `now`: clock, replaced in tests. Throws as TipFollower does.
+  // `now`: clock, replaced in tests. Throws the exceptions of TipFollower.
   explicit StreamedManipulator(const ManipulatorOptions& options, Now now = &Clock::now);
 
   bool Command(const Eigen::Vector3d& p_S_target) noexcept override;
@@ -49,7 +49,7 @@ class StreamedManipulator final : public Manipulator {
   // not used.
   std::optional<DriverRefusal> Take(DriverId driver, const std::string& name,
                                     const ArmReading& reading, Time arrived_at);
-  // The driver has left, if it drove.
+  // Ends the driver's control, if it has it.
   void Leave(DriverId driver);
   // The target at `now`; the arm's time advances from call to call.
   ArmAim Aim(Time now);

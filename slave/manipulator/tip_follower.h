@@ -27,12 +27,12 @@ class TipFollower {
   void Hold() noexcept;
   // Sets the position to p_S [m], or the nearest point inside, at rest.
   void Place(const Eigen::Vector3d& p_S) noexcept;
-  // Advances by `dt` [s]. A `dt` that is not positive or not finite changes nothing.
+  // Advances by `dt` [s]. A `dt` that is not positive or not finite is ignored.
   void Step(double dt) noexcept;
 
   [[nodiscard]] const Eigen::Vector3d& tip() const noexcept { return tip_; }
   [[nodiscard]] const Eigen::Vector3d& velocity() const noexcept { return velocity_; }  // [m/s]
-  // The workspace clipped the target, or the speed limit keeps the tip behind it.
+  // Returns whether the workspace clipped the target, or the speed limit keeps the tip behind it.
   [[nodiscard]] bool at_limit() const noexcept { return clipped_ || too_slow_; }
 
  private:

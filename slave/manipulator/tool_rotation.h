@@ -41,7 +41,7 @@ class ToolRotation {
 
   // nullopt: the driver measures none.
   [[nodiscard]] const std::optional<Eigen::Quaterniond>& rotation() const { return rotation_; }
-  // The speed limit keeps it behind its target.
+  // Returns whether the speed limit keeps it behind its target.
   [[nodiscard]] bool at_limit() const { return too_slow_; }
 
  private:

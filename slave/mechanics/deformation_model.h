@@ -44,7 +44,7 @@ struct Contact {
   }
 };
 
-// The most common reason.
+// The most common `flag_reason`.
 inline constexpr std::string_view kBeyondRange = "the displacement is beyond the model's range";
 
 // Response of one contact. Frame O.
@@ -64,7 +64,8 @@ struct ContactResponse {
   // Estimated error of the force [N], or of the displacement under a load [m], without the error of
   // the mesh; 0: not estimated. It is not a bound.
   double force_error = 0, displacement_error = 0;
-  bool takes_width = false;  // of a disc as wide as the contact, though the mesh has none such
+  // The response is that of a disc of the contact's width, although the mesh has no such disc.
+  bool takes_width = false;
 };
 
 // The nodes and cells of a displacement field. Frame O.
@@ -92,7 +93,7 @@ class Solution {
   std::vector<Contact> contacts_;
   std::vector<ContactResponse> responses_;
   std::vector<Contact> at_rest_;           // see DeformationModel::ContactsAtRest; empty: contacts_
-  std::uint64_t query_ = 0;                // number of the model's query; 0: nothing was solved
+  std::uint64_t query_ = 0;                // number of the model's query; 0: no solution yet
   std::vector<Eigen::Vector3d> kept_u_O_;  // see DeformationModel::keeps_displacements_
 };
 
@@ -117,8 +118,8 @@ class DeformationModel {
   // volume or its surface, vertex i is node i of the object's mesh; nodes without an element
   // stay at zero. A membrane has MembraneGrid().
   [[nodiscard]] const FieldMesh& field_mesh() const { return field_mesh_; }
-  // Displacement of every vertex of field_mesh() in a solution of this model, frame O [m]; zero if
-  // it failed or nothing was solved. Costs O(N S); computed only on request.
+  // Computes the displacement of every vertex of field_mesh() in a solution of this model, frame O
+  // [m]; zero after a failure or without a solution. O(N S).
   void Displacements(const Solution& solution, std::vector<Eigen::Vector3d>* u_O);
 
   // The cover of a planar body, made at the first call; constant. Empty for other models.
@@ -127,9 +128,9 @@ class DeformationModel {
   // [m].
   void CoverDisplacements(const Solution& solution, std::vector<Eigen::Vector3d>* u_O);
 
-  // Magnitude of the contacts' traction at every vertex of field_mesh() in a solution of this model
-  // [Pa], per area at rest, zero without contact or after a failure. Unchanged if nothing was
-  // solved, and by models that provide only the force of a contact.
+  // Computes the magnitude of the contacts' traction at every vertex of field_mesh() in a solution
+  // of this model [Pa], per area at rest, zero without contact or after a failure. Left unchanged
+  // without a solution, and by models that provide only the force of a contact.
   void Tractions(const Solution& solution, std::vector<float>* pascals) {
     if (Show(solution)) ComputeTractions(pascals);
   }
@@ -153,7 +154,7 @@ class DeformationModel {
  protected:
   virtual void ComputeResponses(std::span<const Contact> contacts,
                                 std::span<ContactResponse> responses) noexcept = 0;
-  // Under the contacts of the last ComputeResponses.
+  // Computes the displacements under the contacts of the last ComputeResponses.
   virtual void ComputeDisplacements(std::vector<Eigen::Vector3d>* u_O) = 0;
   virtual void ComputeTractions(std::vector<float>* /*pascals*/) {}
   // Planar models: the cover, and the displacements at its `places` inside under the same contacts,
@@ -171,12 +172,13 @@ class DeformationModel {
                              std::span<ContactResponse> responses) noexcept {
     ComputeResponses(contacts, responses);
   }
-  // Makes the last ComputeResponses that of the solution's contacts. False: nothing was solved.
+  // Restores the state of the solution's contacts, as if they had been computed last. Returns false
+  // without a solution.
   bool Show(const Solution& solution) noexcept;
   // Discards the result of the last ComputeResponses.
   void Hide() { shown_ = 0; }
 
-  // False, and why.
+  // Stores the reason of a failure. Returns false.
   bool Fail(std::string_view why) {
     failure_ = why;
     return false;
@@ -189,7 +191,7 @@ class DeformationModel {
   FieldMesh field_mesh_;
   ModelInfo info_;
   std::string_view failure_;
-  // The answer depends on earlier queries: a solution keeps its displacements.
+  // true: the answer depends on earlier queries, so a solution stores its displacements.
   bool keeps_displacements_ = false;
 
  private:

@@ -1,6 +1,6 @@
-// Whether a mesh is fine enough for a contact; otherwise results are extrapolated. Two ways to
-// fail: a contact's disc covers too few pieces, or the tetrahedra do not follow the strain (parts
-// that bend are then too stiff: shear locking).
+// Determines whether a mesh is fine enough for a contact; otherwise results are extrapolated. There
+// are two criteria: a contact's disc must cover enough pieces, and the tetrahedra must be able to
+// represent the strain (otherwise bending parts are too stiff: shear locking).
 #pragma once
 
 #include <array>
@@ -32,27 +32,28 @@ struct PatchCover {
 };
 PatchCover CoverOf(const DiscPatch& patch, PatchBasis basis) noexcept;
 
-// Stiffness of the patch by that of the disc on a half-space, estimated [-]; 0: nothing is touched,
-// or fewer than three pieces of a disc.
+// Returns the estimated ratio of the stiffness of the patch to that of the disc on a half-space
+// [-]; 0: no contact, or fewer than three pieces of a disc.
 //
-// A half-space is as stiff under a disc as the disc is wide (flat punch: K = 2 E a / (1 - nu^2)):
-// an area A in place of pi a^2 makes it sqrt(A / pi a^2) times as stiff, and n pieces add a share
-// of c / sqrt(n) along the rim. c was fitted to cubes of 6 to 24 cells a side, nu 0 to 0.45, widths
-// of 0.25 to 10 edges, places on nodes, cells and between: what is then within 10 % was within 13 %
-// (loads on ten nodes: 16 %), and of what was within 6 % four in five are.
+// The stiffness of a half-space is proportional to the width of the disc (flat punch: K = 2 E a /
+// (1 - nu^2)): with an area A instead of pi a^2 it changes by sqrt(A / pi a^2), and n pieces add a
+// fraction c / sqrt(n) along the rim. c was fitted to cubes of 6 to 24 cells a side, nu 0 to 0.45,
+// widths of 0.25 to 10 edges, places on nodes, cells and between. Estimates within 10 % had true
+// errors within 13 % (loads on ten nodes: 16 %); of true errors within 6 %, four in five have such
+// estimates.
 double PatchStiffness(const PatchCover& cover) noexcept;
 // More than a tenth off.
 bool IsPatchCoarse(const PatchCover& cover) noexcept;
-// Relative error of the compliance of such a disc [-]; 0: less than a tenth.
-// Twenty-five nodes of ten-node tetrahedra, five of four-node ones may be 20 % off, whatever their
-// area.
+// Returns the relative error of the compliance of such a disc [-]; 0: less than a tenth. With up to
+// twenty-five nodes of ten-node tetrahedra, or five of four-node ones, the error may be 20 % for
+// any area.
 double PatchError(const PatchCover& cover) noexcept;
 // Whether a contact's stiffness is more than a tenth off because its patch is. The disc's own
 // compliance, 1 / (E width) on a half-space, is all of a contact's on a block and little of it on
 // the end of a bar. `disc_stiffness`: E width [N/m].
 bool IsContactCoarse(double patch_error, double disc_stiffness, const Eigen::Vector3d& force,
                      const Eigen::Vector3d& displacement) noexcept;
-// Least part of a point contact's weight on free nodes [-]: they alone take its displacement,
+// Smallest part of a point contact's weight on free nodes [-]: only these get its displacement,
 // divided by this part.
 inline constexpr double kMinFreeWeight = 0.5;
 inline constexpr std::string_view kOnSupport =
@@ -61,34 +62,35 @@ inline constexpr std::string_view kCoarsePatch =
     "the mesh is too coarse for a contact of this width here: the stiffness error is about 10 % or "
     "more";
 
-// How much softer the body would be on a finer mesh:
+// Estimates how much softer the body would be on a finer mesh:
 //
 //   int (e* - e) : C : (e* - e) dV / int e : C : e dV
 //
-// e are the strains of the elements, e* those that are recovered: continuous, at a node the mean
-// of the elements around it by volume (Zienkiewicz and Zhu, Int. J. Numer. Meth. Eng. 24, 1987).
-// The error of the energy is that of the compliance. e is E - E^2 / 2 of Green and Lagrange's
-// strain E: rotations do not count, and up to the second order it is the stretch. Elements nearer
-// to contacts than the body is thick are left out: it is pressed there and does not bend, and the
-// patch decides. The thickness is 4 V / A, the side of a long square bar. If no element is left,
-// all count. Bodies of up to two thicknesses, as cubes are, do not bend.
+// e are the strains of the elements, e* the recovered strains: continuous, at a node the
+// volume-weighted mean of the surrounding elements (Zienkiewicz and Zhu, Int. J. Numer. Meth. Eng.
+// 24, 1987). The error of the energy is that of the compliance. e is E - E^2 / 2 of Green and
+// Lagrange's strain E: it is independent of rotations, and to second order it is the stretch.
+// Elements closer to contacts than the thickness are left out, because the body is compressed there
+// and does not bend. The thickness is 4 V / A, the side of a long square bar. If no element is
+// left, all are used. Bodies of up to two thicknesses, such as cubes, do not bend.
 //
-// Each element's energies are multiplied by its modulus. Strains jump where moduli do: the mean is
-// that of the elements of the same modulus, and no bar is searched.
+// Each element's energies are multiplied by its modulus. Strains jump where moduli do, so means are
+// taken over elements of the same modulus, and no bar is searched.
 //
-// The recovered strains miss what all elements around a node have in common. Of a straight bar
-// along a, farther than a quarter of the thickness from its supports, the solution is that of a
-// beam (Saint-Venant): uniaxial stress along a, and shear along a. Lateral strain that is kept
-// restrained makes an element stiffer, by q = r : C : r / E (a e a)^2 - 1, where r is e without the
-// shear along a. Under the same stress it stores less: its energy times q is missing.
+// The recovered strains do not show an error that all elements around a node have in common. In a
+// straight bar along a, farther than a quarter of the thickness from its supports, the solution is
+// that of a beam (Saint-Venant): uniaxial stress along a, and shear along a. Restrained lateral
+// strain makes an element stiffer, by q = r : C : r / E (a e a)^2 - 1, where r is e without the
+// shear along a. Under the same stress it stores less energy: the missing part is its energy times
+// q.
 //
-// Where elements are so long that nothing shows how the strain varies, under a force at the end it
-// falls linearly: of the part of the energy that is not the mean strain's, elements of one strain
-// along a, h long, miss (h / 2 L)^2 at least.
+// If elements are too long to show the variation of the strain, it is assumed to fall linearly, as
+// under a force at the end: of the energy beyond that of the mean strain, constant-strain elements
+// of length h along a miss at least (h / 2 L)^2.
 class StrainResolution {
  public:
   // Poisson's ratio is limited to 0.49: locking beyond it is reported elsewhere. `held`: per vertex
-  // of `mesh`; empty: the elements have a pressure of their own, and no bar is searched.
+  // of `mesh`; empty: the elements have pressure unknowns, and no bar is searched.
   StrainResolution(const TetMesh& mesh, const HeldNodes& held, double poisson_ratio);
 
   // For nodal displacements `u`, middles too, in the mesh's unit of length; `touched`: nodes of
@@ -103,7 +105,7 @@ class StrainResolution {
     TetGeometry geometry;
     double modulus = 1;
     double extent = 0;  // along the bar [the mesh's unit]
-    double beam = 0;    // share of it where the bar is a beam [-]
+    double beam = 0;    // fraction of it where the bar is a beam [-]
   };
   // Components whose squares add up to twice a strain's energy: deviator, shear, volume.
   using Strain = Eigen::Matrix<double, 8, 1>;

@@ -47,11 +47,11 @@ double SizeOf(const ObjectMesh& mesh);
 // The surface of an object on which contacts are possible (rules: slave/solve/README.md).
 class TouchableSurface {
  public:
-  // Keeps a reference to the mesh. O(N log N) for a volume.
+  // Stores a reference to the mesh. O(N log N) for a volume.
   explicit TouchableSurface(const ObjectMesh& mesh);
   // Distance of `p_O` from the surface of a volume or from an outline; 0 on a membrane [m].
-  // nullopt: nothing can touch the object there, and `accepted` says where, as text that follows
-  // `expected`. O(N).
+  // nullopt: the object cannot be touched there, and `accepted` states where it can, as text that
+  // follows `expected`. O(N).
   [[nodiscard]] std::optional<double> Distance(const Eigen::Vector3d& p_O,
                                                std::string* accepted) const;
 

@@ -50,8 +50,8 @@ struct TetMesh {
 // Lengths are divided by `unit` [m]. The mesh is as RequireTets requires.
 TetMesh MakeTetMesh(const SolidMesh& mesh, int nodes_per_element, double unit);
 
-// Per node of `mesh`: as `held` for its vertices; a mid-edge node is fixed if both ends of its edge
-// are.
+// Extends `held` from the vertices to all nodes of `mesh`: a mid-edge node is fixed if both ends of
+// its edge are.
 HeldNodes HeldWithMiddles(const TetMesh& mesh, HeldNodes held);
 
 // Gradients of the volume coordinates, one per corner, and the volume of one element at rest.

@@ -38,7 +38,7 @@ struct MeshReport {
   bool solid = true;
   int nodes = 0, elements = 0;
   Eigen::Vector3d low_O{0, 0, 0}, high_O{0, 0, 0};  // bounding box of the elements' nodes [m]
-  double volume = 0;  // of the tetrahedra, or enclosed by the surface (signed) [m^3]
+  double volume = 0;  // volume of the tetrahedra, or enclosed by the surface (signed) [m^3]
   double area = 0;    // of the boundary [m^2]
   int parts = 0;      // number of parts without common nodes
   // Tetrahedra: 6 sqrt(2) V / L^3, triangles: 4 / sqrt(3) A / L^2, L the longest edge; 1: regular.

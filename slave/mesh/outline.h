@@ -43,9 +43,9 @@ struct BoundaryMesh {
   [[nodiscard]] int Previous(int i) const;
 };
 
-// Rectangle from (0, 0), counter-clockwise from the lower left corner. Elements of equal length
-// divide each side, `count` in all, in proportion to the sides' lengths, at least one each. Throws
-// std::invalid_argument: sizes not positive and finite, count < 4.
+// Rectangle from (0, 0), counter-clockwise from the lower left corner. Each side is divided into
+// elements of equal length, `count` in total, in proportion to the sides' lengths, at least one
+// each. Throws std::invalid_argument: sizes not positive and finite, count < 4.
 BoundaryMesh MeshRectangle(double width, double height, int count);
 // Inscribed regular polygon, first vertex at -pi / count, element 0 centred at angle 0. Throws:
 // count < 3.
@@ -67,7 +67,7 @@ bool Contains(const Outline& outline, const Eigen::Vector2d& p);
 // Throws std::invalid_argument with the position of the error: a loop of fewer than three points, a
 // coordinate that is not finite, repeated points, no area (below 1e-12 of the bounding square),
 // edges that cross, touch or fold back, a hole outside the outer loop or inside another hole. The
-// loops may run either way. O(points^2).
+// loops may have any orientation. O(points^2).
 void CheckOutline(const Outline& outline);
 
 }  // namespace palpate

@@ -152,7 +152,7 @@ SenseInfo Awaited(const Scene& scene) {
   info.source = "images from a driver (FeedImages)";
   info.samples = "images";
   info.is_awaited = true;
-  info.tells_force = !HasStereoOrDepth(scene.sense) || EstimatesForce(scene);
+  info.has_force_estimate = !HasStereoOrDepth(scene.sense) || EstimatesForce(scene);
   info.model.kind = "none";
   info.reason = "no image received yet";
   return info;

@@ -5,7 +5,7 @@
 
 namespace palpate {
 
-// Returns a familiar thing of about this Young's modulus [Pa]: "a gummy bear".
+// Returns a familiar object with about this Young's modulus [Pa], such as "a gummy bear".
 std::string StiffAs(double young_modulus);
 // "0.27 N, the weight of 28 g".
 std::string ForceText(double newtons);

@@ -5,7 +5,8 @@
 
 namespace palpate {
 
-// Forwards progress of a precompute to a listener (or null). Owned by the precomputed object.
+// Forwards the progress of a precomputation to a listener, if there is one. Owned by the
+// precomputed object.
 class PrecomputeProgress final : public Progress {
  public:
   // `afterwards`: result of Report after Finish; false ends later searches at their first call.

@@ -9,8 +9,8 @@
 
 namespace palpate {
 
-// The folder is removed with its content by the destructor. Throws std::runtime_error: it cannot be
-// created.
+// The folder is removed with its content by the destructor. Throws std::runtime_error if it cannot
+// be created.
 class PrivateFolder {
  public:
   PrivateFolder() {

@@ -29,8 +29,8 @@ class Progress {
   Progress& operator=(const Progress&) = delete;
 
   virtual void Expect(const PrecomputeCost& /*cost*/) {}
-  // `stage`: two or three words; `done`: completed share, 0 to 1. Call it about ten times a second.
-  // False: stop by throwing Interrupted.
+  // `stage`: two or three words; `done`: completed fraction, 0 to 1. Call it about ten times per
+  // second. If it returns false, stop by throwing Interrupted.
   virtual bool Report(std::string_view /*stage*/, double /*done*/) { return true; }
   // For work that has no stages: requested when Report would return false.
   [[nodiscard]] virtual std::stop_token stop() const { return {}; }

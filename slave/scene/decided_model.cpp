@@ -14,7 +14,7 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-// Cells of boxes, nothing of others.
+// Returns the cells of a box, and null for other geometries.
 Json CellsOf(const Geometry& geometry) {
   const auto* box = std::get_if<BoxGeometry>(&geometry);
   return box == nullptr ? Json() : Json(box->cells);

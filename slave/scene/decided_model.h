@@ -10,8 +10,8 @@ namespace palpate {
 
 // JSON, one object: kind, resolution, the solver's options, the decision with its figures.
 std::string DecidedText(const Scene& scene);
-// Puts it into a scene that is the same otherwise. False, and nothing has changed: the text is not
-// of DecidedText, or not of a model for this object.
+// Puts it into a scene that is otherwise the same. Returns false without a change if the text is
+// not from DecidedText, or the model is not for this object.
 [[nodiscard]] bool ApplyDecided(std::string_view text, Scene* scene);
 // The decision for people, one line each: the model and the reason, then at most `most` rejected
 // ones.

@@ -47,7 +47,7 @@ class Mistakes {
   // One per line, in the file's order; of more than 50 the first that were found, and the number of
   // the others.
   [[nodiscard]] std::string text() const;
-  // The same as data, without the number of the others.
+  // The mistakes of `text` as data, without the number of the others.
   [[nodiscard]] std::vector<SceneMistake> list() const;
 
  private:
@@ -69,7 +69,7 @@ class Mistakes {
 // reading gives an empty map.
 DocumentNode ReadDocument(const std::filesystem::path& file,
                           const std::vector<std::string>& overrides, Mistakes* mistakes);
-// The same from the file's text.
+// Parses the text of a file like ReadDocument, without overrides.
 DocumentNode ParseDocument(const std::string& text, Mistakes* mistakes);
 
 }  // namespace palpate

@@ -23,7 +23,7 @@ void ReadPlanar(Section& model, const ModelKind& kind, ModelOptions* options) {
       model.OneOf<Plane>("plane", {{"stress", Plane::kStress}, {"strain", Plane::kStrain}});
 }
 
-// `none`, or `{mass: , stiffness: }`.
+// Reads `none`, or `{mass: , stiffness: }`.
 void ReadDamping(Section& model, Fem* fem) {
   if (!model.Has("damping")) return;
   const DocumentNode& node = *model.node()->Find("damping");

@@ -102,7 +102,7 @@ BoxGeometry ReadBox(Section& geometry) {
   return box;
 }
 
-// One unit of the file: `mm` or `1 mm`.
+// Reads the unit of the file: `mm` or `1 mm`.
 double ReadUnit(Section& geometry) {
   const std::string accepted =
       "a unit such as mm, or " + ExpectedQuantity(Dimension::kLength, "> 0");

@@ -153,7 +153,7 @@ ManipulatorOptions ReadManipulator(Section& scene, const Object& object,
 
 namespace {
 
-// A length, or `whole`; nullopt: it is not stated.
+// Reads a length, or `whole`; nullopt: it is not stated.
 std::optional<double> ReadExtent(Section& section) {
   if (!section.Has("depth")) return std::nullopt;
   if (section.node()->Find("depth")->text == "whole") {

@@ -39,7 +39,7 @@ std::filesystem::path ReadNetwork(Section& section, const SceneContext& context)
   return network;
 }
 
-// `first N`.
+// Reads `first N`.
 int ReadRest(Section& section, int fallback) {
   constexpr std::string_view kFirst = "first ";
   constexpr const char* kAccepted = "`first N`, N from 1 to 10000 samples";

@@ -5,7 +5,7 @@
 
 namespace palpate {
 
-// Why a scene cannot be used. Empty or 0: unknown. What the scene's author wrote is shortened to 60
+// Reason why a scene cannot be used. Empty or 0: unknown. Text from the scene is shortened to 60
 // characters.
 struct SceneMistake {
   std::string key, value, message, expected;

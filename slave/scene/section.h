@@ -24,9 +24,9 @@ std::string AcceptedBy(const Rule& rule);
 
 class Section {
  public:
-  // `node` nullptr: the section is absent, so everything optional has its default and nothing is
-  // missing. All references must outlive the section.
-  // A list is read like a map whose keys are 0, 1, ...
+  // `node` nullptr: the section is absent, so optional values have their defaults and missing ones
+  // are not reported. All references must outlive the section. A list is read like a map whose keys
+  // are 0, 1, ...
   Section(const DocumentNode* node, std::string path, Mistakes* mistakes,
           DocumentNode::Kind kind = DocumentNode::Kind::kMap);
   ~Section();  // reports the keys that were not read
@@ -36,14 +36,15 @@ class Section {
   [[nodiscard]] bool present() const { return node_ != nullptr; }
   // Returns whether the key is present, and marks it as known.
   bool Has(std::string_view key);
-  // The map below `key`; absent if it is missing. `required`: what is accepted, if it is required.
+  // Returns the map below `key`; absent if it is missing. `required`: description of the accepted
+  // value if the key is required.
   Section Open(std::string_view key, std::string_view required = {});
   Section OpenList(std::string_view key, std::string_view required = {});
   [[nodiscard]] std::size_t size() const { return node_ == nullptr ? 0 : node_->children.size(); }
 
-  // Unit, range and default are those of the table. `fallback`: a default that the reader computes;
-  // without one in either place the key is required, or zero where the table says so. After a
-  // mistake the default, or zero, is returned.
+  // Reads a number; unit, range and default are those of the table. `fallback`: a default that the
+  // reader computes; without one in either place the key is required, or zero where the table says
+  // so. After a mistake the default, or zero, is returned.
   double Number(std::string_view key, std::optional<double> fallback = {});
   // A range that depends on other keys.
   double NumberWithin(std::string_view key, const Rule& rule, std::optional<double> fallback = {});

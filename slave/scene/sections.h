@@ -15,10 +15,11 @@ namespace palpate {
 struct SceneContext {
   std::filesystem::path folder;  // relative paths start here
   SceneUse use = SceneUse::kFull;
-  std::shared_ptr<const GivenMesh> mesh{};  // in place of the file of a mesh; nullptr: none
+  std::shared_ptr<const GivenMesh> mesh{};  // mesh to use instead of a mesh file; nullptr: none
 };
 
-// `object`. Leaves geometry, material and fixed as far as they could be read.
+// `object`. After mistakes the result contains the parts of geometry, material and fixed that could
+// be read.
 Object ReadObject(Section& scene, const SceneContext& context);
 // The parts of `object`; `geometry` decides which parts can be fixed.
 Geometry ReadGeometry(Section& object, const SceneContext& context);
@@ -28,9 +29,9 @@ Eigen::Matrix3d FixedAxesRotation(const Eigen::Vector3d& angles);
 // `pose` below `section`: translation and rotation about fixed x, y, z in turn; `fallback` if it is
 // absent. Only poses that keep the plane z = 0 are accepted: translation in it, rotation about z.
 Eigen::Isometry3d ReadPlanarPose(Section& section, const Eigen::Isometry3d& fallback);
-// The same without the restriction to a plane.
+// Reads a pose like ReadPlanarPose, but any pose is accepted.
 Eigen::Isometry3d ReadPose(Section& section, const Eigen::Isometry3d& fallback);
-// The same without a default from the scene: rejected if it is absent or empty.
+// Reads a pose like ReadPose, but rejects a pose that is absent or empty.
 Eigen::Isometry3d ReadKnownPose(Section& section);
 
 // Information about the other sections that the reader of a sensing needs.

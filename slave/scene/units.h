@@ -27,7 +27,7 @@ enum class Dimension : std::uint8_t {
   kAngularSpeed,  // rad/s deg/s
 };
 
-// A whole number; the text must contain nothing else.
+// Parses an integer; the text must contain only the number.
 std::optional<long long> ParseInteger(std::string_view text) noexcept;
 
 // `number`, `number unit` or `numberunit` in SI; finite decimal numbers in the notation of the C

@@ -15,7 +15,7 @@ namespace palpate {
 
 // It has a thread of ordinary priority with a mailbox, like a Watch call. It sends the newest data,
 // and the next only after the server has received them, so a slow or absent server gets fewer
-// messages and delays nothing else. Old data are dropped.
+// messages and does not delay other work. Old data are dropped.
 class NatsFeed {
  public:
   static constexpr double kStateRate = 30, kBulkRate = 10, kStatusRate = 1;  // at most [Hz]

@@ -55,9 +55,9 @@ class OperatorLease {
   // RejectedCall: there is no manipulator.
   Answer RequestTicket(const std::string& peer, const std::optional<std::string>& name,
                        Dismiss dismiss);
-  // Passes on a command. False: malformed, counted, not followed (commands that the slave rejects
-  // are flagged by the slave). No effect without the lease. An emergency stop counts regardless of
-  // the rest of the command.
+  // Passes on a command. Returns false for a malformed command, which is counted and not executed
+  // (commands that the slave rejects are flagged by the slave). No effect without the lease. An
+  // emergency stop is executed regardless of the rest of the command.
   bool Command(Ticket ticket, const v1::OperatorCommand& message);
   // Ends operating. Idempotent.
   void Release(Ticket ticket);
@@ -67,12 +67,12 @@ class OperatorLease {
   // Throws RejectedCall: another connection than that of `peer` holds the lease. A connection
   // has one certificate, so this identifies the operator.
   void RefuseOthers(const std::string& peer) const;
-  // The same, and also throws without an operator, for actions that only a connected operator may
-  // perform: `what`.
+  // Throws RejectedCall like RefuseOthers, and also if there is no operator. `what`: the action
+  // that only a connected operator may perform.
   void RequireHeldBy(const std::string& peer, const std::string& what) const;
   // Throws RejectedCall if a client holds the lease, or it is closed.
   void RequireFree() const;
-  // Does the same, and closes the lease, because the slave changes to another scene.
+  // Calls RequireFree and closes the lease, because the slave changes to another scene.
   void Close();
   void Reopen();
   [[nodiscard]] bool is_closed() const { return is_closed_; }

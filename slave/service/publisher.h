@@ -75,7 +75,8 @@ class Publisher {
   std::jthread thread_;  // last: it uses all of the above
 };
 
-// Streams that each use a thread, up to a number; beyond it a few more with a privilege.
+// Limits the number of streams that each use a thread. Privileged streams have a few additional
+// seats.
 class Seats {
  public:
   explicit Seats(int count, int privileged = 0) : count_(count), privileged_(privileged) {}

@@ -27,12 +27,12 @@ class StateMailbox {
     }
     if (is_awaited) changed_.notify_one();
   }
-  // The newest state not yet taken; nullopt: nothing new.
+  // Returns the newest state that was not taken yet; nullopt: no new state.
   std::optional<SlaveState> TakeNewest() {
     const std::scoped_lock lock(mutex_);
     return std::exchange(slot_, std::nullopt);
   }
-  // As TakeNewest, but waits. nullopt: none came within `timeout`, or the box is closed.
+  // As TakeNewest, but waits. nullopt: no state arrived within `timeout`, or the box is closed.
   std::optional<SlaveState> WaitNewest(std::chrono::milliseconds timeout) {
     std::unique_lock lock(mutex_);
     is_awaited_ = true;

@@ -101,7 +101,7 @@ class TeleoperationService final : public CalledBack<v1::Teleoperation::Service>
   // Ends the streams that only listen; those that watch end with the publisher.
   void EndStreams() { feeds_.Close(), drives_.Close(); }
 
-  // For publishing to observers, beside the calls.
+  // Fills a status for publishing to observers, in addition to the calls.
   void FillStatus(v1::Status* reply) const;
   // The newest image, at least as new as `sensed_at`: drawn and encoded once for all watchers with
   // the same options, one at a time, so that watchers use at most one core. Null: no image yet.
@@ -112,15 +112,15 @@ class TeleoperationService final : public CalledBack<v1::Teleoperation::Service>
   // Runs `work` as a change of settings, if the slave has a set-up and no operator holds the lease.
   grpc::Status SetUp(grpc::ServerContext* context,
                      const std::function<void(SceneSetup&, Progress*)>& work);
-  // Answers when `work` has run after the others that may wait for the disk.
+  // Queues `work`, which may wait for the disk, and answers when it has run.
   grpc::ServerUnaryReactor* AnswerApart(grpc::CallbackServerContext* context,
                                         std::function<void()> work);
   // Throws RejectedCall unless the holder of the lease or an admin calls.
   void RequireOperator(const grpc::CallbackServerContext& context) const;
   // Runs a watcher's stream: reserves a thread of the pool, subscribes, streams and unsubscribes.
   // `prepare()` checks the request and returns the time between messages. `compose(state,
-  // &message)` builds the message of a new state; false: nothing is sent. `pace`: limits images and
-  // meshes; null: unlimited.
+  // &message)` builds the message of a new state; it returns false if there is nothing to send.
+  // `pace`: limits images and meshes; null: unlimited.
   template <class Message, class Prepare, class Compose>
   grpc::Status Watch(grpc::ServerContext* context, const Prepare& prepare, BulkPace* pace,
                      grpc::ServerWriter<Message>* writer, const Compose& compose);

@@ -25,7 +25,7 @@ bool SolveTogether(std::span<const Contact> contacts, DeformationModel* model, S
 
 class CaseSolver {
  public:
-  // Keeps references.
+  // Stores references to its arguments.
   CaseSolver(const Scene& scene, const ObjectMesh& mesh, DeformationModel* model)
       : scene_(scene), mesh_(mesh), model_(model), round_(scene, mesh) {}
 

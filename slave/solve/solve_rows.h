@@ -26,10 +26,10 @@ struct SolveRow {
   ContactResponse response;
   double solve_us = 0;
   // The tool of a prescribed displacement: the scene's tool with the dimensions of the row. A load
-  // is even over its width, whatever the tool.
+  // is uniform over its width, for any tool.
   Tool tool{};
   double off_surface = 0;  // distance of the place in the table from the surface [m]
-  // The answer in the table: force of a contact [N], displacement of a load [m]. NaN: none.
+  // Answer in the table: force of a contact [N], displacement of a load [m]. NaN: none.
   Eigen::Vector3d known_O{0, 0, 0};
 };
 
@@ -63,7 +63,7 @@ using RefuseColumn = std::function<void(std::string_view column, const std::stri
 // Contacts and loads on an object from values.
 class RowReader {
  public:
-  // Keeps references. O(N log N) for a volume.
+  // Stores references to its arguments. O(N log N) for a volume.
   RowReader(const ObjectMesh& mesh, const RowRules& rules);
   // Calls `refuse` for a position without a surface, a negative width, a value along an axis that
   // the object does not have, a dimension that the row's tool does not have. O(N).
@@ -94,9 +94,9 @@ inline double ErrorOf(const ContactResponse& response) {
   return std::max(response.force_error, response.displacement_error);  // one of both is zero
 }
 
-// Sentences on rows; empty: there is nothing to say.
+// Returns a remark on rows; empty: no remark.
 //
-// Rows that touch an outline or a volume at a point.
+// The remark is on rows that touch an outline or a volume at a point.
 std::string WidthRemark(const Scene& scene, const std::vector<SolveRow>& rows);
 // Returns a remark on rows that are farther from the surface than a hundredth of the object's size:
 // they act at its nearest point.

@@ -9,7 +9,7 @@
 
 namespace palpate {
 
-// Standard deviation of normal errors by the median of their sizes [-].
+// Ratio of the standard deviation of normal errors to the median of their magnitudes [-].
 inline constexpr double kSigmaPerMedian = 1.4826;
 // Tukey's biweight ends here [standard deviations]: 95 % efficient for normal errors.
 inline constexpr double kBiweightCut = 4.685;

@@ -14,7 +14,7 @@ namespace palpate::study {
 // without an image.
 bool CanStudy(const Scene& scene);
 
-// Returns what all commands state about a studied model: its figures, without reason and rejected
+// Returns the data about a studied model that all commands report, without reason and rejected
 // models.
 ModelDecision StatedOf(const StudyRow& row);
 
@@ -37,9 +37,10 @@ std::optional<Scene> DecideQuickly(const Scene& scene, const ModelFactory& facto
                                    double budget_s = kQuickBudget, const std::stop_token& stop = {},
                                    Progress* progress = nullptr);
 
-// An outline under a flat tool whose plane model's error would be beyond the tolerance: `extruded`,
-// with the force of the plane model by that of one extruded solution in the reason. nullopt: a
-// plane model will do, or the extruded one does not fit. About a second.
+// Decides for `extruded` if the scene is an outline under a flat tool, for which a plane model's
+// error would exceed the tolerance. The reason states the force of the plane model divided by that
+// of one extruded solution. nullopt: a plane model is sufficient, or the extruded one cannot be
+// used. Takes about a second.
 std::optional<Scene> DecideOnThickness(const Scene& scene);
 
 // The study's result for the scene's own model, at the study's default contacts.

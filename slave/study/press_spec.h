@@ -36,15 +36,18 @@ struct SeenPress {
 
 struct PressSpec {
   std::vector<Press> presses;   // one or more, each on its own
-  std::vector<SeenPress> seen;  // one per press; empty: the model's answers for the depth count
+  std::vector<SeenPress> seen;  // one per press; empty: the model's answers for the depth are used
   double width = 0;             // of the tool [m], > 0
   double depth = 0;             // indentation of the operator, at most half the size [m]
-  double small_depth = 0;  // where every model is linear; `depth` if no force is linear, of a round
-                           // tool or by cameras [m]
-  double load = 0;  // for loaded contacts the load that reaches about `depth` [N]; a share of it at
-                    // the small depth
-  double plane_error = 0;  // PlaneError of the tool, where its extent is stated; of no row [-]
-  double size = 0;         // larger side of the bounding box, the radius of a membrane [m]
+  // Depth at which every model is linear [m]; it is `depth` if no force is linear: with a round
+  // tool or with cameras.
+  double small_depth = 0;
+  // For loaded contacts the load that reaches about `depth` [N]; reduced in proportion at the small
+  // depth.
+  double load = 0;
+  // PlaneError of the tool, if its extent is stated; it is not part of any row's error [-].
+  double plane_error = 0;
+  double size = 0;  // larger side of the bounding box, the radius of a membrane [m]
 };
 
 // The scene's own contacts. Planar objects: at the boundary nearest to the tool's home. Membranes:

@@ -409,7 +409,7 @@ Reference ReferenceFinder::FindOne(const std::vector<StudyRow>& rows, std::size_
     reference.source += "; not compared with others";
   } else if (const Limit* second = SecondOpinion(limits, best)) {
     const double apart = std::abs(second->force.value - best.force.value);
-    // An extrapolated value contradicts nothing within the distance of its extrapolation.
+    // A difference up to the distance of the extrapolation is no contradiction.
     const double own = std::max(second->force.bar, second->step);
     reference.small.bar = std::max(best.force.bar, apart - own);
     reference.source += "; differs from " + second->words +

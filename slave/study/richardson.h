@@ -23,7 +23,7 @@ struct Extrapolation {
 // least a tenth of the step to the limit and at most all of it; with three sizes only, a third of
 // that step. If no p between 0.3 and 6 fits, L is the finest result and the bar the spread of the
 // three. With two sizes only, L is the finest result and the bar the change. Results may come in
-// any order; of equal sizes the last one counts.
+// any order; of equal sizes the last one is used.
 Extrapolation Extrapolate(std::vector<MeshAnswer> answers);
 
 }  // namespace palpate::study

@@ -56,10 +56,10 @@ struct StudyWatcher {
   Progress* progress = nullptr;
 };
 
-// Cheapest candidates first (linear ones, which provide the reference, count a quarter). Expected
-// costs are corrected by measured ones. Candidates that exceed the rest of the budget are listed as
-// skipped with their expected cost. A stop ends it the same way. Throws std::invalid_argument: see
-// AskedOf.
+// Tests the cheapest candidates first (linear ones, which provide the reference, count a quarter).
+// Expected costs are corrected by measured ones. Candidates that exceed the rest of the budget are
+// listed as skipped with their expected cost. A stop ends it the same way. Throws
+// std::invalid_argument: see AskedOf.
 StudyResult RunStudy(const Scene& scene, const StudySettings& settings, const ModelFactory& factory,
                      const std::stop_token& stop = {}, const StudyWatcher& watcher = {});
 

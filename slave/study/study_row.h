@@ -21,7 +21,7 @@ struct Estimate {
   double bar = kUnknown;
 };
 
-// Answer is the result of one model for one contact: the force along the tool's direction [N].
+// The result of one model for one contact: the force along the tool's direction [N].
 struct Answer {
   double value = kUnknown;
   Validity validity = Validity::kFailed;

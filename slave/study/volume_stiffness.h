@@ -17,7 +17,8 @@ inline constexpr double kFineGrowth = 0.7;
 SolidMesh GradedUnder(const Scene& scene, const Press& press, double width, double finest,
                       double growth = kFineGrowth);
 
-// Returns whether the following applies: tetrahedra, not fixed by the numbers of nodes.
+// Returns whether VolumeStiffness applies: the mesh has tetrahedra, and its supports are not node
+// numbers.
 bool HasVolumeStiffness(const Scene& scene);
 
 // Returns the force of a rigid tool, bonded or sliding as in the scene, along its direction per

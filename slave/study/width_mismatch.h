@@ -10,7 +10,7 @@ namespace palpate::study {
 // Returns whether its nodes are in the middles of edges, too.
 bool HasMidnodes(const ModelOptions& model);
 
-// Returns whether the model takes the tool's width as it is, whatever its mesh: plates.
+// Returns whether the model uses the tool's exact width on any mesh: plates.
 bool TakesWidthAsItIs(const ObjectMesh& mesh);
 
 // Relative error of a rigid tool's width on this mesh at `press`: a discrete contact consists of

@@ -38,7 +38,7 @@ class Baseline {
   // Processes a sample without contact; earlier samples keep the part `keep` of their weight [0,
   // 1].
   void Take(const FingerReading& reading, double keep = 1) noexcept;
-  // Processes a sample while nothing is near enough to touch.
+  // Processes a sample while contact is impossible.
   void Follow(const FingerReading& reading) noexcept;
   // Returns the counts minus baseline of a sample `ago` samples before the last one. Call when
   // known.

@@ -53,8 +53,9 @@ class ElectrodeJumps {
   // Smallest jump relative to the change of the other electrodes between samples [-]. [tuned:
   // SignalsThatGoTogetherPassAsTheyAre]
   static constexpr double kJump = 8;
-  static constexpr double kBack = 0.3;        // part of a jump that is left when it was a spike
-  static constexpr double kAsExpected = 1.5;  // standard deviations, for so many samples:
+  static constexpr double kBack = 0.3;  // remaining part of a jump that was only a spike
+  // Largest deviation [sigma] of a reinstated electrode, during kReinstated samples.
+  static constexpr double kAsExpected = 1.5;
   static constexpr int kReinstated = 20;
 
   void FindJumps(const Signals& x, double noise) noexcept {

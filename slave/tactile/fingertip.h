@@ -51,9 +51,9 @@ class Fingertip {
   // `network` null: forces are unknown. The arguments must outlive the fingertip.
   Fingertip(const Tactile& tactile, const ForceNetwork* network, const Localiser& localiser);
 
-  // Processes the next sample; `after_gap`: samples are missing just before it; `is_clear`: nothing
-  // is near enough to touch, so the baseline may be updated. Allocation-free; the sample that
-  // completes the baseline runs the network over all stored samples.
+  // Processes the next sample; `after_gap`: samples are missing just before it; `is_clear`: contact
+  // is impossible, so the baseline may be updated. Allocation-free; the sample that completes the
+  // baseline runs the network over all stored samples.
   const FingerTouch& Estimate(const FingerReading& reading, bool after_gap,
                               bool is_clear = false) noexcept;
   // Measures the baseline again.

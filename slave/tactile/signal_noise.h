@@ -28,7 +28,7 @@ class SignalNoise {
   [[nodiscard]] double relative() const { return relative_; }
   // Returns the mean noise relative to that of the first samples.
   [[nodiscard]] double since_start() const { return relative_ / first_; }
-  // Returns the uncertainty of the electrodes' gain, which amplifies noise and signals alike: one
+  // Returns the uncertainty of the electrodes' gain, which affects noise and signals equally: one
   // sigma [-].
   [[nodiscard]] double gain_sigma() const noexcept;
 

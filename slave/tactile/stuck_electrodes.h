@@ -90,12 +90,13 @@ class StuckElectrodes {
 
   static constexpr int kRepeats = 4;  // repetitions that make a sample frozen
   static constexpr int kMaxRepeats = 1000;
-  static constexpr double kHardlyEver = 0.05;  // share of repetitions that are taken for missing
-  static constexpr double kCoarse = 0.2;       // from here on the noise is below the resolution
-  static constexpr double kNever = 1e-9;       // probability of a frozen sample by noise
-  static constexpr int kKnown = 20;            // number of changes before the noise is estimated
-  static constexpr int kMoved = 6;             // of 19 channels per change, in the mean
-  static constexpr int kStill = 20;            // part of `max_constant`
+  // Fraction of repeated samples below which a repetition counts as a missing sample.
+  static constexpr double kHardlyEver = 0.05;
+  static constexpr double kCoarse = 0.2;  // from here on the noise is below the resolution
+  static constexpr double kNever = 1e-9;  // probability of a frozen sample by noise
+  static constexpr int kKnown = 20;       // number of changes before the noise is estimated
+  static constexpr int kMoved = 6;        // of 19 channels per change, in the mean
+  static constexpr int kStill = 20;       // part of `max_constant`
 
   int max_constant_;
   std::size_t channels_;

@@ -15,7 +15,7 @@ namespace palpate {
 
 class WindowForce {
  public:
-  // Share of a sample in means over a few [-].
+  // Weight of a sample in short-term means [-].
   static constexpr double kBriskly = 0.3;
 
   // `network` null: forces are unknown. It must outlive this object.

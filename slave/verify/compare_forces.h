@@ -22,11 +22,12 @@ inline const Eigen::Vector3d kUnknownVector3 = Eigen::Vector3d::Constant(kUnknow
 // NaN: unknown. Both forces act on the same body, in the same frame, if they are right.
 struct ForceRow {
   double t = kUnknown;  // [s]
-  int hold = -1;        // number of the load that was held; -1: row of a record
+  int hold = -1;        // number of the held load; -1: row of a record
   Eigen::Vector3d measured = kUnknownVector3, estimated = kUnknownVector3;  // [N]
   double sigma = kUnknown;  // standard deviation of the difference [N]
   bool is_valid = true;
-  // Position of the tip [m], and depth of the indentation [m], which counts without positions.
+  // Position of the tip [m], and depth of the indentation [m], which is used if there are no
+  // positions.
   Eigen::Vector3d p_known = kUnknownVector3, p_estimated = kUnknownVector3;
   double known_depth = kUnknown, depth = kUnknown;
 };
@@ -36,7 +37,8 @@ struct ForceRow {
 struct ForceSource {
   // kAny: sigma is that of an axis or of the vector, whichever fits. kCamera: a scene's model; its
   // sigma is that of the magnitude, and covers the tolerance of the material, so that it may be
-  // larger than errors are. kFingertips: the same of the vector.
+  // larger than errors are. kFingertips: sigma is that of the vector, and covers the tolerance of
+  // the material too.
   enum class Kind : std::uint8_t { kAny, kCamera, kFingertips } kind = Kind::kAny;
   double young_modulus = 0;     // modulus from which the forces were computed [Pa]; 0: none
   double pixel = 0;             // of the one camera [m]; 0: none
@@ -46,7 +48,7 @@ struct ForceSource {
 
 std::string_view ToString(Finding finding);
 
-// The verdict on one quantity. kOpen: the table does not decide it; kUntested: nothing tests it.
+// The verdict on one quantity. kOpen: the data do not decide it; kUntested: no data test it.
 struct Line {
   std::string key;
   std::string title;

@@ -74,12 +74,12 @@ struct Scale {
 };
 
 struct VectorMap {
-  int directions = 0;       // independent directions of the first column; 0: nothing was fitted
+  int directions = 0;       // independent directions of the first column; 0: no fit
   bool is_decided = false;  // enough blocks for intervals: three more than directions
   Eigen::Matrix3d map = Eigen::Matrix3d::Zero();         // second = map * first + offset
   Eigen::Matrix3d half_width = Eigen::Matrix3d::Zero();  // of the intervals of `map`
   Eigen::Matrix3d inverse = Eigen::Matrix3d::Zero();     // the same by the inverse regression
-  Scale gain;                                            // common, whatever the direction
+  Scale gain;                                            // common scale in all directions
   std::array<std::optional<Scale>, 3> axis_gain;         // of the first column's tested axes
   Interval along;                                        // cosine of the columns, -1 to 1
   AxisRelation relation;          // the simplest one that explains the map best

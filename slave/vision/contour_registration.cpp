@@ -19,7 +19,7 @@ constexpr double kMinInliers = 0.4;  // part of the points
 constexpr double kRotationPrior = 1e-4;
 constexpr double kMaxRotation = 0.17;  // [rad]
 // Adjacent points share edge pixels, the second next do not. With fewer points than this adjacent
-// points are independent [-]. [tuned: SigmaIsByHowMuchTheEdgeIsElsewhere]
+// points are independent [-]. [tuned: SigmaMatchesTheErrorOfTheEdge]
 constexpr std::size_t kCloseTogether = 64;
 constexpr std::size_t kMaxApart = 5;  // largest distance of correlated points, in points
 constexpr int kUnknowns = 3;          // of the rigid motion [by definition]

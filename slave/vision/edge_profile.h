@@ -18,8 +18,8 @@ class EdgeProfile {
   // Profiles of at most `max_half` samples to either side.
   EdgeProfile(const GreyFormat& format, int max_half);
 
-  // Reads `half` samples on either side of `p` [px] along `n`. False: the profile leaves the image.
-  // `image` must fit the format. Real-time safe.
+  // Reads `half` samples on either side of `p` [px] along `n`. Returns false if the profile leaves
+  // the image. `image` must fit the format. Real-time safe.
   bool Read(const cv::Mat& image, const Eigen::Vector2d& p, const Eigen::Vector2d& n,
             int half) noexcept;
 

@@ -47,8 +47,8 @@ class GreyFormat {
     return image.dims == 2 && image.type() == type_ && image.cols == size_.width &&
            image.rows == size_.height && image.data != nullptr;
   }
-  // `window` lies inside `image`, and `image` fits. `out` has room for its width x height levels,
-  // std::int16_t or float.
+  // Reads grey levels. `window` must be inside `image`, and `image` must have the format. `out`
+  // must have space for width x height levels, std::int16_t or float.
   template <typename Level>
   void Read(const cv::Mat& image, const cv::Rect& window, Level* out) const noexcept;
   void Read(const cv::Mat& image, const cv::Rect& window, GreyPatch& out) const {

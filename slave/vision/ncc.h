@@ -10,7 +10,7 @@ namespace palpate {
 // Scores of all positions (upper left corners) of a template in a window, [-1, 1].
 using ScoreMap = cv::Mat_<float>;
 
-// Normalised cross-correlation of a template with every place of a window.
+// Normalised cross-correlation of a template with every position of a window.
 //
 //   C(x, y) = sum T~ I~ / sqrt(sum T~^2 sum I~^2),   T~ = T - mean of T,
 //   I~ = I - mean of I under the template (at each place again)

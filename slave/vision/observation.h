@@ -23,7 +23,7 @@ struct TipObservation {
 
 // Mapping of the image plane I to the plane z = 0 of S: one pixel size, one pose, no perspective
 // (paper A: a camera that looks straight at a planar scene, or a microscope). A tool behind the
-// front of a thick body has a view of its own.
+// front of a thick body has a separate view.
 class CameraView {
  public:
   // `width`, `height` of the image [px]. The scene's pixel size > 0.

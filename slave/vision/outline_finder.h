@@ -12,10 +12,10 @@ struct FoundOutline {
   double clear = 0;  // part of it along which there is a clear edge [-]
 };
 
-// The object's edge near the polygon `near` [px], which a person has drawn (empty: anywhere), as
-// FindRestContour finds it. Straight sides are fitted to all points of the edge along them, and
-// meet in corners. Throws std::runtime_error: no such edge; std::invalid_argument: one or two
-// points, an image that cannot be used.
+// Returns the object's edge near the polygon `near` [px] drawn by a person (empty: anywhere), found
+// like by FindRestContour. Straight sides are fitted to all points of the edge along them, and meet
+// in corners. Throws std::runtime_error: no such edge; std::invalid_argument: one or two points, an
+// image that cannot be used.
 FoundOutline FindOutlineNear(const cv::Mat& image, CurveView near);
 
 }  // namespace palpate

@@ -53,8 +53,8 @@ class PatchAligner {
   // Makes a patch with weights 0 or 1, row by row. It needs only some structure in every direction.
   PatchAligner(const cv::Size& size, const std::vector<float>& weights);
 
-  // Stores the patch under `warp`. False, and no patch, if it (with a pixel around it, for the
-  // gradients) leaves the image or has too little structure in some direction.
+  // Stores the patch under `warp`. Returns false and stores no patch if it (with a pixel around it,
+  // for the gradients) leaves the image or has too little structure in some direction.
   bool Cut(const cv::Mat& grey, const PatchWarp& warp, Freedom freedom = Freedom::kAffine) noexcept;
 
   // Aligns from within a few pixels of the result.

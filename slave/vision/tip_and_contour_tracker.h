@@ -24,7 +24,7 @@ class TipAndContourTracker {
   ~TipAndContourTracker();
 
   // Processes one image. An image of another size or depth than the first, or an empty one, gives
-  // an observation with nothing found; never throws. Call from one thread.
+  // an observation in which nothing is found; never throws. Call from one thread.
   const TipObservation& Process(const cv::Mat& image) noexcept;
 
   // Returns the outline of the object at rest in the first image, counter-clockwise in S. Empty if

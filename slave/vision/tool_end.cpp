@@ -12,17 +12,17 @@ namespace {
 using Eigen::Vector2d;
 
 // Distance of the end, and of a side, from its stated place [px]. [tuned:
-// IsMissedWhereTheToolGoesOn]
+// IsNotFoundWhereTheToolContinues]
 constexpr double kReach = 8;
 // Distance beside the tool at which the background is measured [px]. [tuned:
 // OfAWidthReportedWrongByAFifthIsSeen]
 constexpr double kSideWidth = 6;
 // Distance behind the tip from which the sides are measured [px]. [tuned:
-// IsMissedWhereTheToolGoesOn]
+// IsNotFoundWhereTheToolContinues]
 constexpr double kBehind = 4;
 constexpr double kLength = 24;  // length over which the sides are compared [px]
 constexpr double kStep = 0.5;   // of a line [px]
-// Length of background required beyond the end [px]. [tuned: IsSeenWhereItIsWhateverIsReported]
+// Length of background required beyond the end [px]. [tuned: IsFoundIndependentOfTheReportedTip]
 constexpr double kStays = 2;
 // Smallest difference of a mark from the background, relative to the usual one.
 constexpr double kFaintest = 0.2;

@@ -11,7 +11,7 @@
 
 namespace palpate {
 
-// End of a tool in the image, as a scene has it.
+// Size of a tool's end in the image, according to the scene.
 struct ToolEndSize {
   double width = 0;   // width of the bar [px]; 0: unknown
   double radius = 0;  // of its end [px]; 0: flat

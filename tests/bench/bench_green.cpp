@@ -72,7 +72,7 @@ Ready& ReadyOf(int cells) {
   return ready;
 }
 
-// Best of some batches [s].
+// Time of an update in the fastest of 15 batches [s].
 double SecondsPer(DeformationModel& model, std::vector<Contact> contacts) {
   constexpr int kTimes = 2000;
   std::vector<ContactResponse> responses(contacts.size());
@@ -88,8 +88,8 @@ double SecondsPer(DeformationModel& model, std::vector<Contact> contacts) {
   return best;
 }
 
-// A step of a body that relaxes by the same contacts' elastic update, stiffnesses included; by the
-// number of contacts and of terms.
+// `ratio`: time of a step of a relaxing body divided by that of the elastic update of the same
+// contacts, including stiffnesses, for various numbers of contacts and terms.
 void Relaxation(benchmark::State& state) {
   Ready& ready = ReadyOf(6);
   const auto count = std::min(ready.contacts.size(), static_cast<std::size_t>(state.range(0)));
@@ -149,7 +149,8 @@ void Contacts(benchmark::State& state, Turn turn) {
     for (int k = 0; k < kBatch; ++k) {
       const std::size_t moved = all ? S : turn == Turn::kOneMoves ? 1 : 0;
       for (std::size_t m = 0; m < moved; ++m) {
-        // Contacts change places with others of the pool: no two are at one place.
+        // Contacts exchange their places with unused ones of the pool, so that no two are at the
+        // same place.
         const std::size_t i = moved == S ? m : dice[round++ % dice.size()];
         const Contact out = contacts[i];
         contacts[i] = ready.contacts[next % count];

@@ -1,6 +1,6 @@
-// Cost of the mechanics against size. One thread. Counters: `ratio` is the CPU time over that of a
-// reference measured in the same run; `dof` the boundary unknowns; `allocations` per update;
-// `error` the error beside the time.
+// Measures the cost of the mechanics for various sizes, on one thread. Counters: `ratio`: CPU time
+// divided by that of a reference measured in the same run; `dof`: boundary unknowns; `allocations`:
+// per update; `error`: error of the result.
 #include <map>
 #include <memory>
 #include <utility>
@@ -72,7 +72,8 @@ void Alternate(benchmark::State& state, Bem2dModel& model, const std::vector<Con
   Report(state, model, AllocationCount() - before, (CpuSeconds() - start));
 }
 
-// S contacts of one element each, every one at a random place of its own part of the free boundary.
+// S contacts of one element each, every one at a random place within a separate part of the free
+// boundary.
 class RandomContacts {
  public:
   RandomContacts(const Bem2dModel& model, int S)

@@ -1,5 +1,5 @@
-// Bodies and tools of the benchmark of organs: six shapes as images of a lattice of cells, held in
-// part, and places on their faces that tools press and are dragged from there.
+// Bodies and tools of the organ benchmark: six shapes, each a mapped lattice of cells with
+// supports, and places on their faces where tools press before they are dragged.
 #pragma once
 
 #include <algorithm>
@@ -26,7 +26,7 @@ struct Body {
   double cell = 0;  // mean edge of the lattice [m]
 };
 
-// `shape` maps the unit cube to the body [m]; `held` of a place in the cube.
+// `shape` maps the unit cube to the body [m]; `held`: whether a point of the cube is fixed.
 inline Body Make(const std::string& name, const Vector3d& extent, int tets,
                  const std::function<Vector3d(const Vector3d&)>& shape,
                  const std::function<bool(const Vector3d&)>& held) {

@@ -1,4 +1,4 @@
-// An operator by the C++ client, for tests: script_operator HOST:PORT. Each line of the standard
+// An operator with the C++ client, for tests: script_operator HOST:PORT. Each line of the standard
 // input is a command, and each is answered by one line: `ok`, the requested value, or `error: ...`.
 //   engage    closes the clutch
 //   release   opens it

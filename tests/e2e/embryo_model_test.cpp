@@ -53,7 +53,8 @@ class EmbryoModelTest : public testing::Test {
              "model: {kind: bem2d, elements: 120, plane: strain, tolerance: 20 %}\n";
   }
 
-  // Paints a copy of the image with the pipette moved by `way` [px] over a patch of background.
+  // Paints a copy of the image in which the pipette is moved by `way` [px] and replaced by
+  // background at its old position.
   [[nodiscard]] cv::Mat PipetteAt(const cv::Point& way) const {
     const cv::Rect pipette(600, 0, 60, 292);
     cv::Mat moved = image_.clone();
@@ -94,15 +95,15 @@ TEST_F(EmbryoModelTest, TheImagesModelIsAsStiffAsADiscOfItsSize) {
   EXPECT_NEAR(k / k_disc, 1, 0.15);
 }
 
-// The pipette of the image carried 30 px deep into the chorion in steps: stiffness times depth,
-// out of the embryo.
+// The image's pipette is moved 30 px into the chorion in steps. The force is stiffness times depth
+// and points out of the embryo.
 TEST_F(EmbryoModelTest, APipetteCarriedIntoTheChorionHasAForce) {
   const Scene scene = LoadScene(kOut / "embryo.yaml");
   Estimator estimator(scene, {image_, 1, {}}, std::nullopt);
   std::uint64_t sequence = 1;
   ContactEstimate estimate;
-  // First to the right, above the embryo's left shoulder, then down; in steps the search window
-  // follows.
+  // Moves first to the right, above the embryo's upper left side, then down, in steps that the
+  // search window can follow.
   for (int x = 0; x <= 208; x += 16)
     estimate = estimator.Estimate({PipetteAt({x, -120}), ++sequence, {}});
   for (int y = -112; y <= -72; y += 8)

@@ -40,7 +40,7 @@
 namespace palpate {
 namespace {
 
-// A socket on a free port of this machine, which is printed as `what on HOST:PORT`.
+// Opens a socket on a free local port and prints it as `what on HOST:PORT`.
 int SocketHere(int type, const char* what) {
   const int made = socket(AF_INET, type, 0);
   sockaddr_in here{};

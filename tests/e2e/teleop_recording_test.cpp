@@ -243,7 +243,7 @@ TEST_P(SoftContactTest, TheLocalModelBeatsTheHoldWhichBeatsInterpolation) {
   EXPECT_LT(Rms(RenderMode::kLocal), Rms(RenderMode::kHold));
 }
 
-// Law: the last force is late by the delay, a force-depth curve is not. Tolerance: a third of the
+// Law: the last force lags by the delay; a force-depth curve does not. Tolerance: a third of the
 // error.
 TEST_P(SoftContactTest, AtARoundTripOf100MsTheLawErrsByAThirdOfTheHoldAtMost) {
   EXPECT_LT(LateRms(RenderMode::kLocal), LateRms(RenderMode::kHold) / 3);
@@ -256,7 +256,7 @@ using RigidContactTest = TeleopRecordingTest;
 // An impact ends within one image interval, so every mode is wrong by most of its peak for a
 // moment: 60 Hz cannot resolve it. No order of the modes is required. No force may be larger than
 // that of the stiffest spring that can be learnt, at the device's depth.
-TEST_P(RigidContactTest, AnImpactIsMissedButNothingGoesWild) {
+TEST_P(RigidContactTest, AnImpactIsMissedWithoutLargeForces) {
   const double peak = *std::max_element(recording_.force.begin(), recording_.force.end());
   EXPECT_GT(all_.at(RenderMode::kHold).max, peak / 2);
   EXPECT_LT(Rms(RenderMode::kHold), peak / 4);
@@ -276,8 +276,8 @@ TEST_P(RigidContactTest, TheModelIsNeverWorseThanTheHold) {
 
 using FreeMotionTest = TeleopRecordingTest;
 
-// In free motion there is no force: the local model renders nothing, where the others show
-// the sensor's drift.
+// In free motion the true force is zero: the local model renders no force, while the other modes
+// render the sensor's drift.
 TEST_P(FreeMotionTest, TheLocalModelIsSilentInTheAir) {
   const Rendering& local = all_.at(RenderMode::kLocal);
   EXPECT_EQ(*std::max_element(local.shown.begin(), local.shown.end()), 0);

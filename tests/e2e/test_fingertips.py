@@ -127,7 +127,7 @@ class Nodule(unittest.TestCase):
         self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
         return [row for row in read_rows(log) if float(row["t"]) > 3.7 and row["state"] == "FOLLOWING" and row["true_z"]]
 
-    def test_a_stiff_nodule_is_estimated_as_it_is(self):
+    def test_a_stiff_nodule_increases_the_force_correctly(self):
         with tempfile.TemporaryDirectory() as name:
             over, beside = (self.held_force(pathlib.Path(name), x) for x in (19.5, 40.5))
         estimated, true = over[0] / beside[0], over[1] / beside[1]
@@ -137,7 +137,7 @@ class Nodule(unittest.TestCase):
 
     # A contact at a position without a solution yet does not stop the tool. A busy machine may stop it, too, but not at
     # each of three new positions.
-    def test_a_touch_beside_what_is_solved_stops_no_hand(self):
+    def test_a_contact_beside_solved_ones_does_not_stop_the_tool(self):
         with tempfile.TemporaryDirectory() as name:
             folder = pathlib.Path(name)
             scene, motion, log = folder / "nodule.yaml", folder / "motion.csv", folder / "log.csv"

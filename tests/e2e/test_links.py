@@ -88,7 +88,7 @@ class PlantedLinks(unittest.TestCase):
         self.finish(SIMULATOR, "presses", "--presses", "5", "--out", self.out)
         self.check(*results)
 
-    def test_what_a_slave_keeps_of_a_decision(self):
+    def test_the_stored_decision_of_a_slave(self):
         cache = self.out / "palpate"
         decide = lambda: self.finish(SLAVE, "check", BLOCK, "--override", "model={kind: auto}",
                                      env={**BARE, "XDG_CACHE_HOME": str(self.out)})

@@ -41,7 +41,7 @@ class ZebrafishTest : public testing::Test {
     return scene;
   }
 
-  // A pipette's template, cut from the image `name` at a place a person looked up.
+  // Uses a pipette's template, cut from the image `name` at a manually marked position.
   static void UseTemplate(Scene& scene, const std::string& name, const cv::Rect& window,
                           const Eigen::Vector2d& p_I_tip) {
     const fs::path file = kOut / ("template-of-" + name + ".png");

@@ -45,7 +45,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   using namespace palpate;
   const fuzz::Input input(data, size, 5);
   const auto file = fuzz::Write("a.csv", input.bytes);
-  // A contour that bounds nothing is an invalid argument; the others name the file.
+  // A contour without an area gives std::invalid_argument; the other errors name the file.
   fuzz::Try<std::invalid_argument>(
       [&] { fuzz::Try<std::runtime_error>([&] { Read(input.kind, file); }); });
   return 0;

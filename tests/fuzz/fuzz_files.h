@@ -48,7 +48,7 @@ struct Input {
   }
 };
 
-// Runs `read`; an exception of type `Refusal` is an answer, every other one ends the fuzzer.
+// Runs `read`. An exception of type `Refusal` is expected; any other one ends the fuzzer.
 template <class Refusal, class Read>
 void Try(const Read& read) {
   try {

@@ -1,4 +1,4 @@
-// The same parts with their real threads over a real connection.
+// Tests haptic loop, link and slave with their real threads over a real connection.
 #include <atomic>
 #include <cmath>
 #include <numbers>
@@ -41,7 +41,7 @@ class Hand final : public TestDevice {
   const Time begin_ = Clock::now();
 };
 
-// After a fault of the device: no force before a new engagement.
+// Checks that after a fault of the device there is no force before a new engagement.
 class FaultCheck {
  public:
   void Add(const TickRecord& record) {

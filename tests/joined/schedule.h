@@ -37,7 +37,7 @@ struct LineQuality {
   bool has_datagrams = false;
 };
 
-// A line of one direction: the ordered stream, and the datagrams beside it.
+// One direction of a link: the ordered stream and the datagrams.
 template <class Packet>
 class Line {
  public:
@@ -92,7 +92,7 @@ class Schedule {
   void OnState(const SlaveState& state);
   // The operator presses the stop.
   void PressStop();
-  // The request for a stop that was pressed as number `asked` is at the slave.
+  // Notes that the request for stop number `asked` has arrived at the slave.
   void NoteStop(std::uint32_t asked);
   [[nodiscard]] DeviceReading Read() const;
   // Calls the slave after the link's delay. Calls that a cut link delayed arrive together, in any

@@ -181,7 +181,7 @@ class PromiseTest : public testing::TestWithParam<Row> {
     return (*seen.state.force - VectorOf(seen.truth.force())).norm();
   }
 
-  // What pages promise of every state, whatever happens.
+  // Checks promises of the documentation that must hold for every state.
   void CompareAlways(const Row& row) const {
     Time last{};
     for (const Seen& seen : seen_) {

@@ -58,7 +58,7 @@ struct Expectation {
   std::optional<double> tip_error_m;           // largest of the tip
   std::optional<std::array<double, 2>> age_s;  // range, since the sample was taken
   std::optional<std::array<double, 2>> sigma;  // range of all known sigmas [N]
-  // Range of the rms of error by sigma, of valid forces in contact [-].
+  // Range of the rms of error / sigma of valid forces in contact [-].
   std::optional<std::array<double, 2>> error_by_sigma;
   std::optional<std::string> event;  // of one state at least
   std::optional<std::string> phase;  // of `share` of the states
@@ -73,7 +73,7 @@ struct Row {
   std::filesystem::path scene;
   std::vector<std::string> site;    // overrides of the scene, for its devices and the slave
   std::vector<std::string> stated;  // overrides of the slave's scene only
-  bool is_blind = false;            // CHECKS names the error as one that nothing detects
+  bool is_blind = false;            // CHECKS.md lists the error as undetectable
   std::vector<Disturbance> events;  // sorted by time
   std::vector<Expectation> expected;
 };

@@ -99,8 +99,8 @@ double StiffnessBar(const json& c, int count) {
          (problem.youngs_modulus * problem.depth * problem.thickness);
 }
 
-// Reference: b_block_embryo.json, the discrete equations' own answer (1e-6 in the same length
-// unit).
+// Reference: b_block_embryo.json, the exact solution of the discrete equations (1e-6 in the same
+// length unit).
 TEST(BlockAndEmbryo, ConstantElementsReproduceTheDiscreteReference) {
   PALPATE_REFERENCE_OR_SKIP(file, "b_block_embryo.json");
   int compared = 0;

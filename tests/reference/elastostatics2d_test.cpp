@@ -49,11 +49,11 @@ TEST(Elastostatics2d, ARingIsRightUpToNuOneHalf) {
   EXPECT_GE(beyond, 3);
 }
 
-// --- the matrices themselves
+// --- tests of the matrices
 
 // Reference: the 2-norm condition of the mixed problem, 60 elements on a square of side 0.5; the
-// library estimates it in the 1-norm, for which 1/n <= cond_2 / cond_1 <= n; distinguished are well
-// posed (1e2) and lost (1e5 and more).
+// library estimates it in the 1-norm, for which 1/n <= cond_2 / cond_1 <= n; the test distinguishes
+// well-posed (1e2) from ill-conditioned (1e5 and more).
 TEST(Elastostatics2d, TheMixedProblemStaysWellConditionedAtNuOneHalf) {
   PALPATE_REFERENCE_OR_SKIP(file, "a_elastostatics2d.json");
   const json c = reference::CaseOf(file, "bem_conditioning_vs_nu");

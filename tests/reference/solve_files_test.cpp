@@ -1,4 +1,4 @@
-// The references through `solve`: scene, contacts and loads as files, answers read back.
+// Compares `solve` with the references: scene, contacts and loads as files, answers read back.
 #include <cmath>
 #include <string>
 
@@ -19,8 +19,8 @@ std::string SceneText(const std::string& geometry, double E, double nu, const st
          "}\n";
 }
 
-// Reference: the ring's own discrete numbers (1e-6) at 60 elements in all; a polygon with a hole
-// that nothing holds, one load per element.
+// Reference: the discrete solution of the ring (1e-6) with 60 elements in total; a polygon with a
+// hole, without supports, with one load per element.
 TEST_F(SolveFiles, ARingUnderPressureReproducesTheDiscreteReference) {
   PALPATE_REFERENCE_OR_SKIP(file, "a_elastostatics2d.json");
   const json c = reference::CaseOf(file, "lame_cylinder_plane_strain");
@@ -52,8 +52,8 @@ TEST_F(SolveFiles, ARingUnderPressureReproducesTheDiscreteReference) {
   }
 }
 
-// Reference: a rigid translation is exact; contacts hold the left side, loads of nothing act on the
-// others, all rows of one case.
+// Reference: a rigid translation is exact. Contacts move the left side, zero loads act on the
+// others; all rows belong to one case.
 TEST_F(SolveFiles, ARigidTranslationIsExact) {
   const BoundaryMesh mesh = MeshRectangle(0.2, 0.1, 60);
   std::string contacts = "case,x,y,dx,dy\n", loads = "case,x,y,fx,fy\n";

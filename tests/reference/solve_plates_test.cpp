@@ -1,4 +1,5 @@
-// The plate references through `solve`: scene, contacts and loads as files, answers read back.
+// Compares `solve` with the plate references: scene, contacts and loads as files, answers read
+// back.
 #include <cmath>
 #include <string>
 
@@ -19,7 +20,7 @@ std::string MembraneText(double E, double nu, double a, double t, const std::str
          ", poisson_ratio: " + Text(nu) + "}\n  fixed: {side: rim}\nmodel: {kind: " + kind + "}\n";
 }
 
-// Reference: c plate_green_function, 1e-12; a load of zero reads the deflection at its place.
+// Reference: c plate_green_function, 1e-12; a zero load returns the deflection at its place.
 TEST_F(SolvePlates, AnEccentricLoadDeflectsThePlateAsTheRecoveredEquationSays) {
   PALPATE_REFERENCE_OR_SKIP(file, "c_plate.json");
   const json c = CaseOf(file, "plate_green_function");

@@ -1,4 +1,4 @@
-// The solid references through `solve`: scene, loads as files, answers read back.
+// Compares `solve` with the solid references: scene and loads as files, answers read back.
 #include <cmath>
 #include <map>
 #include <string>
@@ -57,7 +57,7 @@ constexpr const char* kLoads = "case,x,y,z,fx,fy,fz\n";
 struct CubeCase {
   const char* answer;
   const char* law;
-  double force;  // share of the reference's
+  double force;  // relative to the reference's force
   double tolerance;
 };
 

@@ -39,7 +39,7 @@ struct Instant {
   std::vector<Occluder> fingers;
 };
 
-// One state of the object, as often as it was brought about.
+// Results of all contacts that produced the same state of the object.
 struct ShapeState {
   std::vector<ShapeScore> scores;  // one per contact; measured: the cloud of the true shape
   DistanceSummary error;           // of the last one: true surface's nodes to the estimate

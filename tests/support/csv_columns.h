@@ -12,7 +12,7 @@
 
 namespace palpate {
 
-// Cells as text, since some are empty. Commas separate, nothing is quoted.
+// Cells as text, since some are empty. Separated by commas, without quotes.
 using CsvColumns = std::map<std::string, std::vector<std::string>, std::less<>>;
 
 inline CsvColumns ReadColumns(const std::filesystem::path& file) {

@@ -21,7 +21,7 @@ class EngagedHand {
 
   // The next command begins another engagement.
   void Engage() { ++command_.epoch; }
-  // Sends the present place again. Returns the state after it.
+  // Sends the present position again. Returns the following state.
   SlaveState Stay(bool engaged = true) {
     ++command_.sequence;
     command_.sent_at = Clock::now();

@@ -7,7 +7,7 @@
 
 namespace palpate {
 
-// `below` the project's root, "/../shared/reference/c_plate.json" say.
+// Returns a path relative to the project's root, such as "/../shared/reference/c_plate.json".
 std::string SourcePath(std::string_view below = {});
 // `below` the folder that this build fills.
 std::string BinaryPath(std::string_view below = {});

@@ -1,4 +1,4 @@
-// The cases of the physics references beside the project.
+// Reads cases of the physics references in ../shared.
 #pragma once
 
 #include <filesystem>
@@ -16,7 +16,7 @@ namespace palpate::reference {
 
 using nlohmann::json;
 
-// A file of ../shared/reference; nothing where it is absent.
+// Reads a file of ../shared/reference; nullopt if it is absent.
 inline std::optional<json> Load(const std::string& file) {
   std::ifstream stream(std::filesystem::path(SourcePath("/../shared/reference")) / file);
   if (!stream) return std::nullopt;
@@ -31,7 +31,7 @@ inline json CaseOf(const json& file, const std::string& id) {
   return {};
 }
 
-// A case of a file of ../shared/reference; nothing where the file is absent.
+// Reads a case of a file of ../shared/reference; nullopt if the file is absent.
 inline std::optional<json> Find(const std::string& file, const std::string& id) {
   const auto all = Load(file);
   return all ? std::optional(CaseOf(*all, id)) : std::nullopt;

@@ -101,7 +101,7 @@ class Operator {
     }
     return states_;
   }
-  // The same by `step` [m].
+  // Moves the tip by `step` [m], like MoveTo.
   std::vector<State> MoveBy(const Vector& step, double speed) {
     if (!engaged_ || !offset_) Engage();
     return MoveTo(Sum(position(), step), speed);
@@ -123,8 +123,8 @@ class Operator {
   static constexpr std::chrono::milliseconds kPeriod{4};
   static constexpr std::chrono::seconds kHeld{1}, kAnswer{10}, kGoodbye{1};
 
-  // Under the lock. Keeps all states from the newest on; between motions they would fill the
-  // memory.
+  // Requires the lock. While an object exists, all states from the newest on are kept; between
+  // motions they would fill the memory.
   class Motion {
    public:
     explicit Motion(Operator* of) : of_(of) {

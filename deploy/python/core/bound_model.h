@@ -23,8 +23,8 @@ using Integers =
     pybind11::array_t<std::int64_t, pybind11::array::c_style | pybind11::array::forcecast>;
 
 // A mesh of nodes (n x 3) [m] and of elements: tetrahedra (m x 4) or triangles (m x 3) by their
-// nodes from 0. Throws std::invalid_argument: another shape, a coordinate that is not finite, a
-// number of no node.
+// nodes from 0. Throws std::invalid_argument: another shape, a coordinate that is not finite, the
+// number of a node that does not exist.
 std::shared_ptr<const GivenMesh> MeshOfArrays(const Numbers& nodes, const Integers& elements);
 
 class BoundModel {

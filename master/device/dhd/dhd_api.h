@@ -13,7 +13,7 @@ namespace palpate {
 // Results of a call. Negative: an error.
 namespace dhd {
 inline constexpr int kOk = 0;
-inline constexpr int kTimeGuard = 1;                     // nothing new since the last call
+inline constexpr int kTimeGuard = 1;                     // no new data since the last call
 inline constexpr int kSaturated = 2;                     // the motors are at their limit
 inline constexpr int kCommunication = 2, kNoDevice = 5;  // numbers of the last error
 inline constexpr int kStatusForce = 5, kStatusForceOffCause = 14;  // places in the status

@@ -4,8 +4,8 @@
 // devices does. The tick itself never waits: while a transfer hangs, the loop's own thread ticks,
 // and disengages. The controller of these devices drops the force by itself when no command comes.
 //
-// Each call's result is examined by itself. Two of them are positive and no errors: nothing new,
-// and saturated motors. A sum of results could hide an error behind them.
+// Each call's result is checked separately, because two positive results are no errors: no new
+// data, and saturated motors.
 #pragma once
 
 #include <atomic>
@@ -63,7 +63,7 @@ class DhdDevice final : public HapticDevice {
   // Measure and the function below wait for transfers.
   [[nodiscard]] DeviceReading Measure(Time now) noexcept;
   DeviceOutput Send(const Wrench& wrench) noexcept;
-  // Returns whether a call succeeded; if not, takes the library's words into the status.
+  // Returns whether a call succeeded; if not, copies the library's message to the status.
   bool Succeeded(int code) noexcept;
   void ReadMotion(DeviceReading* reading) noexcept;
   void ReadButtons() noexcept;

@@ -37,7 +37,7 @@ DeviceCapabilities CapabilitiesOf(bool has_grip) {
   return own;
 }
 
-// The first state of a connection. A service that sends none by itself is queried for it.
+// The first state of a connection. Services that do not send it unrequested are queried.
 bool ReceiveFirst(HaplyLine* line, std::string* text) {
   const auto first = line->Receive(kOpenWithin, text);
   if (first != HaplyLine::Received::kNothingYet) return first == HaplyLine::Received::kMessage;

@@ -60,7 +60,7 @@ class HaplyDevice final : public HapticDevice {
   bool Exchange(const std::stop_token& stop);
   void Publish(const HaplyState& state);
   void PublishFault(const char* cause);
-  // Returns the rendered force divided by the sent force [-]; NaN below a least force.
+  // Returns the rendered force divided by the sent force [-]; NaN for forces that are too small.
   [[nodiscard]] float ForceShare(const HaplyState& state) const;
 
   const std::unique_ptr<HaplyLine> line_;

@@ -11,8 +11,8 @@
 
 namespace palpate {
 
-// How a force is written: `values` up to API 3.3, `vector` from 3.5 on. A release that is not known
-// gets both, and takes the one that it knows.
+// How a force is written: `values` up to API 3.3, `vector` from 3.5 on. An unknown release gets
+// both and uses the one that it supports.
 enum class HaplyForm : std::uint8_t { kValues, kVector, kBoth };
 
 // HaplyState holds the values of one state message for the first Inverse3 and the first VerseGrip.
@@ -34,7 +34,7 @@ std::optional<HaplyState> ParseHaplyState(const std::string& text);
 // The message that commands `force` [N] of the device `id`.
 std::string HaplyForceMessage(const std::string& id, const Eigen::Vector3d& force, HaplyForm form);
 
-// Asks for a complete state, for a service that sends none by itself.
+// Requests a complete state from a service that sends none unrequested.
 std::string HaplyStateRequest();
 
 // The form for the release that GET /version reported.

@@ -38,7 +38,7 @@ class RateSource {
 
 class RateDevice final : public HapticDevice {
  public:
-  // Older input moves nothing, and later is a fault [s].
+  // Age of the input above which the device stops, and above which it has a fault [s].
   static constexpr double kStopAfter = 0.020, kSilentAfter = 0.100;
 
   // `speed` > 0: at full deflection [m/s]. With `polls` a thread polls the source; without, the

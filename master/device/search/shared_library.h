@@ -1,5 +1,5 @@
-// A vendor's library, loaded at run time from the user's installation. Nothing here throws: whoever
-// loads one gets the reason in words.
+// A vendor's library, loaded at run time from the user's installation. Nothing here throws: if
+// loading fails, the caller gets the reason as text.
 #pragma once
 
 #include <filesystem>

@@ -215,7 +215,7 @@ DeviceReading TouchDevice::Measure(Time now) noexcept {
   reading.at = now;
   status_.buttons = static_cast<std::uint32_t>(Integer(api_, hd::kButtons));
   reading.engaged = (status_.buttons & 1U) != 0;
-  CollectErrors();  // a reading with an error is none
+  CollectErrors();  // a reading with an error is not used
   reading.status = status_;
   return reading;
 }

@@ -59,8 +59,8 @@ class TouchDevice final : public HapticDevice {
   void ServoFrame() noexcept;
   [[nodiscard]] DeviceReading Measure(Time now) noexcept;
   void Calibrate() noexcept;
-  // Takes the errors since the last call; the first one becomes the fault. Whether the force was
-  // limited.
+  // Reads the errors since the last call; the first one becomes the fault. Returns whether the
+  // force was limited.
   bool CollectErrors() noexcept;
   void SendForce(Time now) noexcept;
 

@@ -1,4 +1,4 @@
-// Settings that the browser stores, and downloads.
+// Settings stored by the browser, and downloaded files.
 
 export function save(blob, name) {
   const anchor = document.createElement('a');

@@ -24,8 +24,9 @@ struct PagePlace {
   PageAccess access;
 };
 
-// The place of `--view HOST:PORT`; empty: 127.0.0.1 and a free port. An address beyond loopback
-// needs the certificate of `tls`. Throws std::invalid_argument otherwise, and like MakePageAccess.
+// Returns the address of `--view HOST:PORT`; empty: 127.0.0.1 and a free port. An address beyond
+// loopback needs the certificate of `tls`. Throws std::invalid_argument otherwise, and like
+// MakePageAccess.
 PagePlace ViewPlace(const std::string& text, const std::filesystem::path& tls);
 
 // Access to a page at `host` with the certificate of `folder` (--tls). Throws std::invalid_argument

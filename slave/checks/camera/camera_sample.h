@@ -24,8 +24,8 @@ struct CameraSample {
   const ObjectSighting* object = nullptr;    // null: the scene tracks no contour
   std::optional<EncoderInnovation> encoder;  // nullopt: the encoders do not report this tool
   bool is_broken = false;                    // the membrane is punctured
-  // The model has an answer for a tool that may indent the object: the edge can be compared with
-  // it.
+  // Whether the model has an answer for a tool that may indent the object, so that the edge can be
+  // compared with it.
   bool is_solved = false;
   Eigen::Vector2d indentation_O{0, 0};  // displacement of the contact according to the tip [px]
   Eigen::Vector2d normal_O{0, 0};       // outward unit normal there [-]

@@ -11,16 +11,16 @@
 
 namespace palpate {
 
-// The indentation of one contact, along the normal [px]: what the object's edge shows against what
-// the model computes for the depth of the tip.
+// The indentation of one contact, along the normal [px]: the indentation seen at the object's edge
+// compared with the one that the model computes for the tip's depth.
 //
 //   shown_k = (1 + f) depth_k - offset + e_k,   where that is above zero
 //
-// f is the model's error, one for the contact, of known sigma. `offset` is the apparent depth at
-// the first touch: it is not zero if the tool's end or the surface is not where the scene states.
-// Both are fitted by least squares. The errors e at nearly equal depths are correlated, so all
-// images within one pixel of depth count as one. Images without an indentation are not used. One
-// thread; allocation-free.
+// f is the model's error, constant during the contact, with a known sigma. `offset` is the apparent
+// depth at the first touch: it is not zero if the tool's end or the surface is not where the scene
+// states. Both are fitted by least squares. The errors e at nearly equal depths are correlated, so
+// all images within one pixel of depth count as one. Images without an indentation are not used.
+// Used by one thread. Allocation-free.
 class IndentationOffset {
  public:
   struct Image {
@@ -28,7 +28,7 @@ class IndentationOffset {
     double shown = 0;  // from the detected edge [px]
     double sigma = 0;  // of their difference, > 0 [px]
   };
-  // `model`: sigma of f [-]. `edge`: sigma that all images of one depth share [px].
+  // `model`: sigma of f [-]. `edge`: sigma of the common error of all images at one depth [px].
   void Add(const Image& image, double model, double edge) noexcept {
     const auto index = static_cast<std::size_t>(std::max(image.depth, 0.0));
     const bool shows = image.shown > kShows * std::hypot(image.sigma, edge);
@@ -70,7 +70,7 @@ class IndentationOffset {
 
   // Indentation from which on an image shows one [sigma]. [by definition]
   static constexpr double kShows = 2;
-  // Larger than the depth of any contact, because such an indentation would leave the image.
+  // Largest depth; a deeper indentation would leave the image.
   static constexpr std::size_t kDeepest = 256;  // [px]
   std::array<Bin, kDeepest> bins_{};
   double value_ = 0, sigma_ = HUGE_VAL;

@@ -28,7 +28,8 @@ class DomeRestShapeCheck final : public Check<FitSample> {
   }
 
  private:
-  // Points beyond this share of the rim may belong to its mount [-]. [tuned: domed_scene_test]
+  // Points beyond this fraction of the rim's radius may belong to the mount [-]. [tuned:
+  // domed_scene_test]
   static constexpr double kMaxOfRim = 0.9;
 
   [[nodiscard]] double Height() const noexcept { return rest_.centre.z() + rest_.semi_axes(2, 2); }

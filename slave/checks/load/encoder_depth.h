@@ -1,5 +1,5 @@
-// The surface is indented where and as deep as the encoders report the tip: images of another
-// instant are right in themselves.
+// Checks that the surface is indented at the position and depth that the encoders report for the
+// tip. Images of another instant pass all checks of images alone.
 #pragma once
 
 #include <utility>
@@ -10,8 +10,8 @@ namespace palpate {
 
 class EncoderDepthCheck final : public Check<LoadSample> {
  public:
-  // Distance from which a load is another tool's, by the larger side [-]. [tuned:
-  // surface_flags_test, an indentation that is not under the tip]
+  // Distance from the tip above which a load belongs to another tool, relative to the larger side
+  // [-]. [tuned: surface_flags_test, an indentation that is not under the tip]
   static constexpr double kNear = 0.1;
 
   // Ignores a load that is not under the tip, because another body causes it. A pressing tip must

@@ -14,7 +14,7 @@ namespace palpate {
 // A nuisance parameter of a fit, zero if all is well: Wald's test shows whether it is.
 struct NuisanceParameter {
   double value = 0, sigma = 0;
-  double tolerance = 0;  // share of the value that the model's error explains
+  double tolerance = 0;  // fraction of the value that the model's error may cause
 
   [[nodiscard]] bool IsSignificant(double sigmas) const noexcept {
     return std::abs(value) > sigmas * sigma + tolerance;
@@ -25,7 +25,7 @@ struct NuisanceParameter {
 struct PlateFit {
   LoadFit load;
   int points = 0;    // points on the plate, visible and selected
-  int left_out = 0;  // points left out as outliers
+  int left_out = 0;  // number of excluded outliers
   // The rim or the cameras have moved since rest. The load does not include it: a motion of the
   // cameras within limits is compensated.
   bool moved = false, compensated = false;
@@ -51,7 +51,8 @@ struct FitSample {
   const PlateFit* plate = nullptr;  // of a flat membrane
   double rest_residual = 0;         // SurfaceLoad::residual without contact; 0: unknown
 
-  // Share of the squared residuals that the points have without contact as well; 1: unknown.
+  // Returns the fraction of the squared residuals that the points also have without contact; 1:
+  // unknown.
   [[nodiscard]] double NoiseShare() const noexcept {
     const double ratio = rest_residual / load.residual;
     return rest_residual > 0 && ratio < 1 ? ratio * ratio : 1;

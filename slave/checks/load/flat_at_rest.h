@@ -20,7 +20,8 @@ struct RestShape {
 // `radius` of the membrane about O's origin [m]. Fewer than six points: all zero. O(points).
 RestShape RestShapeOf(const std::vector<SurfacePoint>& points_O, double radius) noexcept;
 
-// Returns whether bulge and noise are small beside `thickness` [m], see LoadLimits::kFlatHeight.
+// Returns whether bulge and noise are small compared with `thickness` [m], see
+// LoadLimits::kFlatHeight.
 bool IsFlat(const RestShape& shape, double thickness) noexcept;
 
 class FlatAtRestCheck final : public Check<FitSample> {

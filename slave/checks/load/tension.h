@@ -40,8 +40,8 @@ class TensionCheck final : public Check<FitSample> {
   // A different tension is certain beyond this limit [sigma]. [tuned: undisturbed, prestress stated
   // - there is none]
   static constexpr double kSigmas = 3.5;
-  // Prior sigma of the tension by its size [-]. [recorded: 300 N/m in the scene of a loose
-  // membrane, 6 of 17 forces up to 2.4 times too large]
+  // Prior sigma of the tension relative to the tension [-]. [recorded: 300 N/m in the scene of a
+  // loose membrane, 6 of 17 forces up to 2.4 times too large]
   static constexpr double kPrior = 0.5;
   // Smallest relevant error of the force by a wrong tension [-]. [tuned: prestress stated - there
   // is none]

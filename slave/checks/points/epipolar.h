@@ -91,7 +91,7 @@ class EpipolarCheck final : public Check<PointsSample> {
   Matrix4 normal_ = Matrix4::Identity();
   Eigen::Vector4d motion_{0, 0, 0, 0};  // explained part of the ray distances [px]
   int count_ = 0;                       // for the remaining points
-  double scatter_ = 1;                  // of the residuals by sigma
+  double scatter_ = 1;                  // scatter of residuals / sigma
   // Scatter of a point's ray distance at rest for its image noise; infinite: unknown.
   double scatter_at_rest_ = std::numeric_limits<double>::infinity();
   double noise_at_rest_ = 1;  // smallest scatter to use, relative to the reported noise

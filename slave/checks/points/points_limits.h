@@ -9,8 +9,8 @@ struct PointsLimits {
   // pairs of the rest frame of dots]
   static constexpr int kLearning = 10;
 
-  // Distance of left and right rays.
-  // For a camera that has not moved [px]. [tuned: one camera bumped at rest - across]
+  // Distance of left and right rays. It must be below this limit for a camera that has not moved
+  // [px]. [tuned: one camera bumped at rest - across]
   static constexpr double kMaxOffset = 0.5;
   // At rest, in addition to the rig's own rms [px]. [tuned: rig turned against the scene]
   static constexpr double kMaxAtRest = 0.5;
@@ -31,7 +31,7 @@ struct PointsLimits {
   static constexpr double kRestOffset = 0.1, kRestTilt = 0.05, kRestEdge = 0.6, kRestSigmas = 5;
   // Edge of patches within which depth errors are equal [px], see DepthPoints.
   static constexpr double kDepthPatch = 10;
-  // Offset of the dots along the surface, by the distance of neighbours [-]. [tuned: rig
+  // Offset of the dots along the surface, relative to the distance of neighbours [-]. [tuned: rig
   // elsewhere than stated]
   static constexpr double kTruePlace = 0.25;
 };

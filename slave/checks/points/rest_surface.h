@@ -16,9 +16,9 @@
 
 namespace palpate {
 
-// The measured surface at rest against the scene's body, by the rays that meet the body.
+// Compares the measured surface at rest with the scene's body, using the rays that meet the body.
 struct RestSurface {
-  double distance = 0;              // of the body by the scene, along the camera's axis [m]
+  double distance = 0;  // distance of the body according to the scene, along the camera's axis [m]
   double off = 0, sigma_off = 0;    // measured minus expected distance [m]
   double tilt = 0, sigma_tilt = 0;  // of the measured surface against the scene [rad]
   // Share of visible points at the body's edge relative to its centre; smallest over the sides [-].
@@ -27,7 +27,7 @@ struct RestSurface {
   // sides of an axis, larger value of the two axes [-].
   double beyond = 0;
   std::string_view fault{};  // why the estimate cannot be trusted, static; empty: it can
-  bool meets = false;        // rays meet the body and see something there
+  bool meets = false;        // whether rays meet the body and measure a surface there
 };
 
 // RestRay is one ray of the camera with its measurement. Camera frame.
@@ -50,7 +50,7 @@ class RestSurfaceCheck final : public Check<PointsSample> {
   // `surface_O`: of the scene's body. `result`: receives the comparison; it must outlive the check.
   RestSurfaceCheck(const Scene& scene, SurfaceMesh surface_O, std::optional<RestSurface>* result);
 
-  // Decides by the first points that are found: all samples are flagged, or none.
+  // Decides from the first points that are found: either all samples are flagged, or none.
   void Examine(const PointsSample& sample, Findings* findings) noexcept override;
   void Reset() noexcept override { result_->reset(); }
 

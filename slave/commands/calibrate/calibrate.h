@@ -63,9 +63,9 @@ int RunCalibrate(const CalibrateOptions& options, const std::stop_token& stop);
 std::array<int, 2> TwoCounts(const std::string& option, const std::string& text, int least,
                              int most, const char* example);
 
-// The part --register of RunCalibrate. `rig`: the cameras, nullptr: only the image's size is known;
-// `lens_file`: of the one camera, for the scene's `intrinsics`. The table goes to standard error,
-// the lines to standard output and to `out` (empty: not).
+// The part --register of RunCalibrate. `rig`: the cameras; nullptr: only the image's size is known.
+// `lens_file`: the lens of a single camera, for the scene's `intrinsics`. The table is written to
+// standard error, the scene's lines to standard output and to `out` (empty: no file).
 int RunRegister(const CalibrateOptions& options, const StereoRig* rig,
                 const std::filesystem::path& lens_file, const std::filesystem::path& out);
 

@@ -11,11 +11,11 @@ struct HealthOptions {
   std::string target = "127.0.0.1:50051";
   bool insecure = false;
   std::filesystem::path tls;  // folder of our certificate, any role; empty: plain text
-  double wait = 5;            // [s] for the answer, connecting included
+  double wait = 5;            // time limit for connecting and the answer [s]
 };
 
-// Asks grpc.health.v1 for palpate.v1.Teleoperation. Prints SERVING and returns 0, or NOT_SERVING
-// (nothing new is sensed) and returns 1. Throws std::runtime_error if there is no answer,
+// Queries grpc.health.v1 for palpate.v1.Teleoperation. Prints SERVING and returns 0, or NOT_SERVING
+// (no new samples) and returns 1. Throws std::runtime_error if there is no answer,
 // std::invalid_argument for an unusable address or folder.
 int RunHealth(const HealthOptions& options);
 

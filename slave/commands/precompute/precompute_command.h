@@ -15,10 +15,9 @@ struct PrecomputeOptions {
   std::string shard = "1/1";           // i/n: every n-th group of columns from the i-th on
 };
 
-// Groups that the cache has are not computed again, damaged ones are. Several processes may fill
+// Groups in the cache are not computed again unless they are damaged. Several processes may fill
 // one folder. Returns 0. Throws SceneError; std::invalid_argument: another kind of model, no cache,
-// a body that is not held; std::runtime_error: the cache cannot
-// be written; Interrupted.
+// a body that is not held; std::runtime_error: the cache cannot be written; Interrupted.
 int RunPrecompute(const PrecomputeOptions& options, const std::stop_token& stop);
 
 }  // namespace palpate

@@ -133,7 +133,7 @@ std::unique_ptr<LiveSlave> OpenScene(const ServeOptions& options, const std::sto
   const SlaveDescription description = slave->Describe();
   Introduce(description);
   const std::string missing = MissingGuards(scene.manipulator);
-  if (description.sense.tells_force && !missing.empty()) spdlog::warn("{}", missing);
+  if (description.sense.has_force_estimate && !missing.empty()) spdlog::warn("{}", missing);
   return slave;
 }
 

@@ -226,7 +226,7 @@ Frame FreshFrame(const SharedCamera& camera, const std::stop_token& stop) {
   return *std::move(frame);
 }
 
-// `file`: the proposal, in a folder of its own.
+// Examines the proposed scene `file`. Its folder contains only this proposal.
 Examined Examine(const std::filesystem::path& file, const SharedCamera& camera,
                  Progress* progress) {
   Examined examined;

@@ -12,11 +12,11 @@
 
 namespace palpate {
 
-// Points and cells of the model's field_mesh(), vertices of no element left out. Every case adds
-// the array displacement [m].
+// Writes points and cells of the model's field_mesh(), without vertices that belong to no element.
+// Every case adds the array displacement [m].
 class FieldFile {
  public:
-  // Keeps a reference to the model.
+  // Stores a reference to the model.
   FieldFile(std::filesystem::path file, DeformationModel& model);
 
   // A solution of the model.

@@ -29,8 +29,8 @@ struct LoadTable {
 ForceTables ReadStates(const std::filesystem::path& file);
 
 // Columns t, until, finger, fx, fy, fz, sigma, x, y, z, depth. All but t are optional. An empty
-// cell, or a column that is absent, is unknown; but a table without `until` is a record, which is
-// linear between rows that are at most 1 s apart. Throws InputError.
+// cell or an absent column is unknown. A table without `until` is a record, which is interpolated
+// linearly between rows that are at most 1 s apart. Throws InputError.
 LoadTable ReadLoads(const std::filesystem::path& file);
 
 // A load as a user describes it: `weight 100 g +y`, `spring 200 N/m 5 mm +y`, `force 0 1.2 0`,
@@ -39,7 +39,7 @@ LoadTable ReadLoads(const std::filesystem::path& file);
 KnownLoad ParseLoad(const std::string& line);
 
 // Replaces the measured force of `state` by `load`, whose number is `hold`. A reference without a
-// sigma gets 1 %: weights, springs and gauges are rarely better, nor is the timing of a changing
+// sigma gets 1 %: weights, springs and gauges are rarely better, and so is the timing of a changing
 // force.
 ForceRow WithLoad(ForceRow state, const KnownLoad& load, int hold);
 

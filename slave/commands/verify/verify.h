@@ -24,7 +24,7 @@ struct VerifyOptions {
   std::filesystem::path tls;     // folder of certificates
   bool insecure = false;
   double duration = 60;  // for which a slave is watched [s]
-  double hold = 3;       // for which a load is held in answer to a question [s]
+  double hold = 3;       // duration for which a load is held after a prompt [s]
 };
 
 // Writes report.json, and forces.csv if a run of the scene makes it. 0: every tested quantity is

@@ -20,8 +20,8 @@ using Eigen::Vector2d;
 // Error of the compliance [-]. [derived: the accepted 5 %, less a fifth because the estimate is
 // only the first term of a series]
 constexpr double kMaxMissing = 0.04;
-// Error of the moment by force times width over the number of elements of the patch [-]. [tuned:
-// contact_moment_test]
+// Error of the moment, divided by (force times width / number of elements of the patch) [-].
+// [tuned: contact_moment_test]
 constexpr double kSpreadByElements = 0.1;
 constexpr double kBalance = 1e-6;  // of the sum of the forces' magnitudes
 

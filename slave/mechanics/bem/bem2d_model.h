@@ -46,7 +46,7 @@ class Bem2dModel final : public DeformationModel {
   // Interrupted.
   Bem2dModel(ReferenceProblem problem, const Params& params, Progress* progress = nullptr);
 
-  // Zero if it failed or nothing was solved.
+  // Returns zero after a failure or without a solution.
   [[nodiscard]] BoundaryState Boundary(const Solution& solution);
   [[nodiscard]] const GreensFunctions& greens_functions() const { return greens_; }
   [[nodiscard]] const Params& params() const { return params_; }
@@ -90,7 +90,7 @@ class Bem2dModel final : public DeformationModel {
   double force_unit_ = 0;  // E times length unit times thickness [N]
   int max_rows_ = 0;       // components that may be unknown
   bool answered_ = false;
-  std::vector<PlaceForce> forces_;  // of the last answer, where they count for it
+  std::vector<PlaceForce> forces_;  // forces of the last answer, if they are needed
   std::vector<Eigen::Vector2d> probe_forces_;
   Eigen::MatrixXd inside_H_, inside_G_;  // see BoundarySystem::Inside; empty: not needed yet
 };

@@ -2,7 +2,7 @@
 //
 // Every unknown is in the column of its node and component: A_0 Y + Abar_0 Ybar = 0 with the
 // columns of H and G sorted by the quantities that the reference problem prescribes.
-// Nondimensional: lengths by the mesh's unit, tractions by E.
+// Nondimensional: lengths are divided by the mesh's unit, tractions by E.
 #pragma once
 
 #include <array>
@@ -48,7 +48,7 @@ std::vector<BoundaryNode> NodesOf(const ReferenceProblem& problem);
 
 class BoundarySystem {
  public:
-  // Keeps references to both.
+  // Stores references to both.
   BoundarySystem(const ReferenceProblem& problem, const std::vector<BoundaryNode>& nodes,
                  const PlaneElasticity& elasticity)
       : problem_(problem), nodes_(nodes), elasticity_(elasticity) {}
@@ -57,9 +57,9 @@ class BoundarySystem {
   // Throws Interrupted.
   void Collocate(Eigen::MatrixXd* A, Eigen::MatrixXd* Abar, Progress* progress) const;
 
-  // Somigliana's identity at `places` in the body [m]: the displacements there are G t - H u of
-  // those of the nodes, all nondimensional; two rows for each place. The integrals are exact, so
-  // that constant elements show their steps only nearer to the boundary than they are long.
+  // Computes displacements at `places` in the body [m] by Somigliana's identity: G t - H u with the
+  // nodes' values, all nondimensional; two rows for each place. The integrals are exact, so that
+  // the steps of constant elements appear only closer to the boundary than an element's length.
   void Inside(const std::vector<Eigen::Vector2d>& places, Eigen::MatrixXd* H,
               Eigen::MatrixXd* G) const;
 

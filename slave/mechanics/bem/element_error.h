@@ -11,7 +11,7 @@
 // a step of iterated defect correction (Stetter, Numer. Math. 29, 1978). Forces f on the boundary
 // do the work f . u / 2 in the discrete answer, and f . delta / 2 is missing: relative to each
 // other they are the error of the compliance. Two steps are made. If the second term is not small,
-// the series does not converge, and the sum of both terms shows this. No constant is tuned.
+// the series does not converge, and the sum of both terms shows this. There are no tuned constants.
 //
 // The estimate does not include the error of the tractions at supports. Compact bodies such as
 // squares and discs do not bend, so nothing is estimated for them.
@@ -43,8 +43,8 @@ class ElementError {
   [[nodiscard]] double MissingPart(std::span<const Eigen::Vector2d> forces) const noexcept;
 
  private:
-  // On the whole boundary [-]. [derived: a column each costs 1 / N of the precompute, and a part of
-  // the boundary as long as 3 % of it moves alike where the body is slender]
+  // Number of probes on the whole boundary [-]. [derived: each needs a column, 1 / N of the
+  // precomputation; and in a slender body a part of 3 % of the boundary moves almost rigidly]
   static constexpr int kProbes = 32;
   static constexpr int kSteps = 2;
 
@@ -53,7 +53,7 @@ class ElementError {
 
   std::vector<int> elements_;  // per probe
   std::vector<int> probe_of_;  // per element
-  // Mean displacements by unit forces, x and y each: of the discrete answer, of each step.
+  // Mean displacements under unit forces along x and y: of the discrete answer, and of each step.
   std::array<Eigen::MatrixXd, 1 + kSteps> terms_;
 };
 

@@ -87,7 +87,7 @@ Functions ByRecurrence(const Complex& z, bool on_element) {
   return Q;
 }
 
-// Q' by the recurrence and Q'' by Legendre's equation, both over z^2 - 1.
+// Q' follows from the recurrence and Q'' from Legendre's equation; both divide by z^2 - 1.
 void Differentiate(const Complex& z, const Functions& Q, LegendreMoments* m) {
   const Complex inverse = Inverse(Times(z, z) - 1.0);
   for (std::size_t k = 0; k < kModes; ++k) {

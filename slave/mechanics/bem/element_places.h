@@ -12,7 +12,7 @@
 namespace palpate {
 
 // Places are the nodes of one element or, for a contact with a width, of a patch of elements. Its
-// nodes have equal displacements or loads in proportion to their lengths. Keeps a reference to the
+// nodes have equal displacements or loads in proportion to their lengths. Stores a reference to the
 // Green's functions.
 class ElementPlaces final : public ContactPlaces {
  public:

@@ -7,7 +7,7 @@
 // and E = -A_0^-1 Abar_0 maps prescribed quantities to unknown ones: tractions to displacements
 // where the body is free, displacements to reactions where it is fixed.
 //
-// Nondimensional inside: lengths by the mesh's length unit, tractions by E.
+// Nondimensional inside: lengths are divided by the mesh's length unit, tractions by E.
 #pragma once
 
 #include <memory>
@@ -27,9 +27,9 @@ namespace palpate {
 class GreensFunctions final : public Compliance {
  public:
   // Poisson ratio in plane strain up to which a body with holes needs no equation for the holes'
-  // pressures: the error of the plain equations grows as 1 / (1 - 2 nu), constant elements have 5 %
-  // at 0.49 with 60 elements on the hole. Beyond it, and for linear and quadratic elements always,
-  // BoundarySystem::AppendHolePressures keeps the error what it is at any other nu.
+  // pressures: the error of the plain equations grows as 1 / (1 - 2 nu), 5 % for constant elements
+  // at 0.49 with 60 elements on the hole. Beyond it, and always for linear and quadratic elements,
+  // BoundarySystem::AppendHolePressures avoids this growth.
   static constexpr double kMaxNuWithoutHolePressures = 0.49;
   // Largest Poisson ratio in plane strain when displacements are prescribed on the whole boundary:
   // the pressure level is then known only through 1 / (1 - 2 nu).
@@ -54,7 +54,7 @@ class GreensFunctions final : public Compliance {
   // balancing tractions, amplitude by mode, that a load which is not balanced would need.
   [[nodiscard]] int size() const { return static_cast<int>(nodes_.size()); }
   [[nodiscard]] int block_count() const { return static_cast<int>(stride_); }
-  // The displacement at `p_O` [m] by a unit amplitude of each rigid motion that is left free, one
+  // Returns the displacement at `p_O` [m] for a unit amplitude of each free rigid motion, one
   // column each, zero beyond free_motions().
   [[nodiscard]] Eigen::Matrix<double, 2, 3> RigidModes(const Eigen::Vector2d& p_O) const noexcept;
   // 0: the body is fixed. An element that is fixed counts with both its ends, so that a single one

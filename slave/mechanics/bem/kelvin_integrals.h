@@ -11,8 +11,9 @@
 //
 // Source: Brebbia, Telles and Wrobel, Boundary Element Techniques (1984), eqs. (5.1.13)-(5.1.15).
 // In the element's own frame (t, n) y - x = xi t + d n with d constant, so that every integral is
-// elementary. One form serves all pairs: the antiderivatives' differences are taken analytically,
-// nothing cancels far away, and on the element itself (d = 0) it is Cauchy's principal value.
+// elementary. One formula is used for all pairs: the antiderivatives' differences are computed
+// analytically, so that there is no cancellation at large distances, and on the element itself (d =
+// 0) the result is Cauchy's principal value.
 #pragma once
 
 #include <cmath>

@@ -1,10 +1,9 @@
 // Response of a fixed body to a unit force on its free surface: the Green's functions that answer
-// contacts (James and Pai 2003; paper A, eqs. 5-7, in the form of
-// a compliance); and the forces that contacts must find, with the blocks of a compliance between
-// them.
+// contacts (James and Pai 2003; paper A, eqs. 5-7, in the form of a compliance); and the unknown
+// contact forces, with the blocks of a compliance between them.
 //
-// Nondimensional: lengths by length_unit(), forces by E times its square, on a plane body by E
-// times it and the thickness.
+// Nondimensional: lengths are divided by length_unit(), forces by E times its square, for a plane
+// body by E times the length unit and the thickness.
 #pragma once
 
 #include <array>
@@ -34,7 +33,7 @@ struct ForceUnknown {
 
 class Compliance {
  public:
-  // Displacements of a plane body have two components: its z is held.
+  // Displacements of a plane body have two components, since z is fixed.
   explicit Compliance(int components = 3) : components_(components) {}
   virtual ~Compliance() = default;
   Compliance(const Compliance&) = delete;
@@ -54,8 +53,8 @@ class Compliance {
   virtual const double* Column(int place) = 0;
   // The force of a unit amplitude: where amplitudes are tractions, the length they act on.
   [[nodiscard]] virtual double measure(int /*place*/) const { return 1; }
-  // Components that a support holds at a place; for the base class those whose own compliance is
-  // zero.
+  // Returns the components fixed by a support at a place; in the base class those with zero
+  // compliance.
   [[nodiscard]] virtual std::array<bool, 3> Held(int place) {
     const Eigen::Vector3d own = BlockAt(Column(place), place).diagonal();
     return {!(own[0] > 0), !(own[1] > 0), !(own[2] > 0)};
@@ -68,7 +67,7 @@ class Compliance {
   [[nodiscard]] virtual std::size_t memory_bytes() const = 0;
 
   [[nodiscard]] int components() const { return components_; }
-  // The block of a column at a place, with zeros beyond components().
+  // Returns the block of a column at a place, with zeros beyond components().
   [[nodiscard]] Eigen::Matrix3d BlockAt(const double* column, int place) const {
     if (components_ == 3) return Eigen::Map<const Eigen::Matrix3d>(column + 9L * place);
     Eigen::Matrix3d block = Eigen::Matrix3d::Zero();

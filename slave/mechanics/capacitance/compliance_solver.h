@@ -28,7 +28,7 @@ struct PlaceForce {
   Eigen::Vector3d force_O{0, 0, 0};  // [N]
 };
 
-// Not thread-safe. Keeps references to the compliance and the places.
+// Not thread-safe. Stores references to the compliance and the places.
 class ComplianceSolver {
  public:
   struct Params {
@@ -53,8 +53,8 @@ class ComplianceSolver {
   // is first requested. O(m^2) if only values changed, O(m^3) otherwise, m unknown components.
   void Respond(std::span<const Contact> contacts, std::span<ContactResponse> responses) noexcept;
 
-  // Measures the time of an update after a contact has moved [us]: the contacts in turn, on a
-  // solver of their own; 0: one of them has no solution.
+  // Measures the time of an update after a contact has moved [us], by moving the contacts one after
+  // another on a separate solver; 0: one of them has no solution.
   static double MeasureUpdate(Compliance& compliance, ContactPlaces& places, const Params& params,
                               const std::array<Contact, 2>& contacts);
   [[nodiscard]] const Params& params() const { return params_; }

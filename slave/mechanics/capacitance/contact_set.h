@@ -74,7 +74,7 @@ class ContactSet {
   void Forget() { known_ = false; }
 
   [[nodiscard]] std::span<const ContactSlot> slots() const { return {slots_.data(), Count()}; }
-  // The unknowns of contacts in their order, then the free motions of a body that contacts hold.
+  // Returns the unknowns of contacts in their order, then the free rigid motions of the body.
   [[nodiscard]] std::span<const ForceUnknown> unknowns() const { return unknowns_; }
   [[nodiscard]] int rows() const { return rows_; }
   [[nodiscard]] int loads() const { return loads_; }
@@ -111,7 +111,8 @@ class ContactSet {
   Compliance& compliance_;
   ContactPlaces& places_;
   ContactLaw law_;
-  std::vector<int> moved_by_;  // per place: the last set in which a contact moved it
+  // For each place the number of the last set in which a contact moved it.
+  std::vector<int> moved_by_;
   int set_ = 0;
   bool known_ = false;
   bool crowded_ = false;            // a neighbour prevented a wider disc for a contact

@@ -19,8 +19,7 @@
 namespace palpate {
 
 // Accepts one contact at a time, moved or loaded; its width is that of the tool. kFailed: more than
-// one contact, a tool on a part that is held. Preparing a place takes tenths of a second and
-// allocates.
+// one contact, or a tool on a fixed part. Preparing a place takes tenths of a second and allocates.
 class ExtrudedModel final : public DeformationModel {
  public:
   struct Params {

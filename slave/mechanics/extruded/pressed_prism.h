@@ -4,9 +4,9 @@
 //
 //   K = sum over components of plane integrals times integrals through the thickness
 //
-// Each entry of the stiffness is such a product, since the elements are. For a tool in the middle
-// of the thickness half of the prism is solved, by symmetry. Nondimensional: lengths by some unit,
-// forces by E and its square. Small strain, nu < 0.5.
+// Each entry of the stiffness is such a product. For a tool at the centre of the thickness only
+// half of the prism is solved, by symmetry. Nondimensional: lengths are divided by some unit,
+// forces by E times its square. Small strain, nu < 0.5.
 #pragma once
 
 #include <array>

@@ -38,7 +38,7 @@ std::unique_ptr<DeformationModel> MakeModel(const Scene& scene, const ObjectMesh
 // Creates the model of a known family of kinds: bem2d; plate or plate-large.
 std::unique_ptr<Bem2dModel> MakePlanarModel(const Scene& scene, const BoundaryMesh& mesh,
                                             Progress* progress = nullptr);
-// `extruded`, which prepares each place of the tool at its first contact.
+// Makes `extruded`, which prepares each place of the tool at its first contact.
 std::unique_ptr<ExtrudedModel> MakeExtrudedModel(const Scene& scene, const BoundaryMesh& mesh);
 std::unique_ptr<PlateSurface> MakePlateModel(const Scene& scene, const MembraneDisc& disc,
                                              Progress* progress = nullptr);

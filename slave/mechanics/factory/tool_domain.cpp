@@ -45,7 +45,7 @@ double PlaneShare(double nu, double width, double slenderness) {
   return std::min(nu * nu + (layer - nu * nu) * y / (1 + y), 0.99);
 }
 
-// The largest error for thickness shares g within kUnsure, by T / b.
+// The largest error for thickness shares g within kUnsure, divided by T / b.
 double LargestError(Plane plane, double g, double R, double narrower) {
   double largest = 0;
   for (const double share : {g * (1 - kUnsure), g * (1 + kUnsure)}) {

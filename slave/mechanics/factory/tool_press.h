@@ -1,5 +1,5 @@
 // A rigid tool pressed into a scene's object. Every command presses through this class, so that a
-// tool is the same body in all of them, whatever the kind of model.
+// tool has the same shape in all of them, with any kind of model.
 //
 //   flat     a contact of the tool's width, on plates a rigid face or an even load
 //   round    bem2d, fem, fem-green: a contact that grows with the depth (RoundIndenter)

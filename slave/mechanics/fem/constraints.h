@@ -29,7 +29,7 @@ struct HeldComponents {
     NodeValue weight[3];  // per component
   };
   NodeVector free;            // per node and component: 1 free, 0 fixed
-  std::vector<Sum> sums;      // of nodes that share an element
+  std::vector<Sum> sums;      // sums over nodes that share an element
   std::vector<Guide> guides;  // nodes that may move in a plane only
   double shift = 0;           // added to the diagonal, relative to it: where rigid motions are free
 };
@@ -45,7 +45,7 @@ struct TouchedNode {
 
 class Constraints {
  public:
-  // Keeps a reference to the body.
+  // Stores a reference to the body.
   explicit Constraints(const FemBody& body);
 
   // Removes all contacts; the supports stay.
@@ -63,7 +63,8 @@ class Constraints {
   [[nodiscard]] bool IsTaken(int node) const {
     return taken_by_[static_cast<std::size_t>(node)] != 0;
   }
-  // Finds the rigid motions that are free, whatever tools touch. False: more than 24 of them.
+  // Finds the rigid motions that are free, with or without touching tools. Returns false if there
+  // are more than 24.
   [[nodiscard]] bool FindFreeMotions();
 
   // Prescribes the displacement of contact k. False: it is not zero along a fixed component.

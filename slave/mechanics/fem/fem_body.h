@@ -47,7 +47,7 @@ class FemBody {
   // 1 free, 0 fixed, per node and component; nodes of no element count as fixed.
   [[nodiscard]] const NodeVector& free() const { return free_; }
   [[nodiscard]] const BlockPattern& pattern() const { return pattern_; }
-  // A node's share of the volume: a quarter of each of its elements; 0: it has none.
+  // Returns a node's share of the volume: a quarter of each of its elements; 0: it has no elements.
   [[nodiscard]] double Volume(int node) const { return volume_[static_cast<std::size_t>(node)]; }
   // Approximate stiffness of one node of the body at rest along an axis [E length].
   [[nodiscard]] double Stiffness(int node) const {

@@ -48,7 +48,7 @@ class FemModel final : public VolumeModel {
   FemModel(const SolidMesh& mesh, const HeldNodes& held, const Params& params,
            Progress* progress = nullptr);
 
-  // Residual reached by the last query, relative.
+  // Returns the relative residual of the last query.
   [[nodiscard]] double residual() const {
     return stepper_ ? stepper_->last_solve().residual : equilibrium_->residual();
   }
@@ -89,7 +89,8 @@ class FemModel final : public VolumeModel {
   [[nodiscard]] bool IsTool(const Contact& contact) const;
   bool HoldTools(std::span<const Contact> contacts);
   bool MoveTools(std::span<const Contact> contacts);
-  // Prescribes the contacts at the share `part` between the last accepted ones and the new ones.
+  // Prescribes the contacts interpolated between the last accepted ones (`part` 0) and the new ones
+  // (1).
   bool Prescribe(std::span<const Contact> contacts, double part);
   void SetGravity();
   void Describe();

@@ -1,5 +1,5 @@
-// The rigid motions that supports and contacts leave to a connected part of a body. All models of
-// volumes use this search.
+// Finds the rigid motions of a connected part of a body that supports and contacts do not prevent.
+// All models of volumes use this search.
 #pragma once
 
 #include <Eigen/Core>
@@ -24,7 +24,7 @@ class HeldMotions {
   }
   // Holds one displacement component, or a weighted sum of components, given by its row.
   void Hold(const Motion& row) { gram_ += row * row.transpose(); }
-  // An orthonormal basis of the motions that are left.
+  // Returns an orthonormal basis of the remaining motions.
   [[nodiscard]] Motions Free() const;
 
  private:

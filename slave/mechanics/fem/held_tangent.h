@@ -12,7 +12,7 @@ class HeldTangent {
  public:
   using Matrix = SparseLdlt<double>::Matrix;
 
-  // Keeps a reference to the pattern. All values are zero.
+  // Stores a reference to the pattern. All values are zero.
   explicit HeldTangent(const BlockPattern& pattern);
 
   // scale * matrix; the scale brings its diagonal near one. Allocation-free.
@@ -21,7 +21,8 @@ class HeldTangent {
   [[nodiscard]] std::size_t memory_bytes() const;
 
  private:
-  // Between component r of the k-th block's column and c of its row: at or left of the diagonal.
+  // Returns the entry for component r of the k-th block's column and component c of its row, at or
+  // left of the diagonal.
   double& At(int row, int k, int r, int c) noexcept;
 
   const BlockPattern& pattern_;

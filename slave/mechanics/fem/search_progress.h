@@ -26,11 +26,12 @@ class SearchProgress {
     done_ = 0;
     reported_ = std::chrono::steady_clock::now();
   }
-  // The search is late from `deadline` [s] after its begin on; 0: never. On a driven clock, which
-  // no search advances, it never is: answers do not depend on the machine.
+  // Sets the deadline of the search, `deadline` [s] after its begin; 0: none. With a driven clock,
+  // which no search advances, the deadline never passes, so that answers do not depend on the
+  // machine.
   void LimitTo(double deadline) noexcept { deadline_ = deadline; }
-  // Reports a solution with `residual` whose target is `target`. The progress is the share of the
-  // digits reached.
+  // Reports a solution with `residual` and the target `target`. The progress is measured on the
+  // logarithm of the residual.
   void Reach(double residual, double target) noexcept {
     if (progress_ == nullptr || !(residual > 0) || !(target > 0)) return;
     first_ = std::max(first_, residual);

@@ -1,8 +1,8 @@
 // Equilibrium of a body at rest: f_int(u) = f_ext among the possible motions. Newton's method with
 // a line search on the potential energy finds it. It uses the exact tangent of the neo-Hookean law,
-// and the warped one of other laws.
-// A query starts from a prediction: the combination of the last motions of the body that moves the
-// contacts most nearly as they move now. One step per query then leaves a small error.
+// and the warped one of other laws. A query starts from a prediction: the combination of the last
+// motions of the body that moves the contacts most nearly as they move now. With one step per query
+// the error is then small.
 #pragma once
 
 #include <array>
@@ -26,12 +26,12 @@ class StaticEquilibrium {
     double deadline = 0;
     Progress* progress = nullptr;  // for long searches; may be null, else must outlive this
   };
-  // Keeps a reference to the body.
+  // Stores a reference to the body.
   StaticEquilibrium(FemBody& body, const Params& params);
 
   // Returns to the state after construction: at rest.
   void Reset() noexcept;
-  // Call this when the contacts hold other components than before.
+  // Call this when contacts prescribe other components than before.
   void Renew() noexcept {
     solver_.Reset();
     has_new_constraints_ = true;
@@ -56,8 +56,8 @@ class StaticEquilibrium {
   [[nodiscard]] const ElementSummary& summary() const { return summary_; }
   [[nodiscard]] double residual() const { return relative_residual_; }
   [[nodiscard]] bool ended_early() const { return ended_early_; }  // because of the deadline
-  // First-order errors by the residual of the last query with the neo-Hookean law: of the
-  // displacements, and of the nodal forces of contacts and supports.
+  // First-order errors estimated from the residual of the last query with the neo-Hookean law: of
+  // the displacements, and of the nodal forces of contacts and supports.
   [[nodiscard]] const NodeVector& displacement_error() const { return x_; }
   [[nodiscard]] const NodeVector& reaction_error() const { return trial_; }
   // Counts of the last query: steps of Newton's method, iterations of their linear systems.
@@ -111,9 +111,10 @@ class StaticEquilibrium {
   void FindHeld(const Constraints& constraints, Motion* motion) const noexcept;
   std::array<Motion, kMotions> motions_;  // of the last queries, newest first
   int motion_count_ = 0;
-  bool has_new_constraints_ = false;  // other nodes are held than when the motions were stored
-  ToolContacts* tools_ = nullptr;     // of the increment that is solved
-  NodeVector f_base_;                 // forces without the friction of the tools
+  // Whether other nodes are constrained than when the motions were stored.
+  bool has_new_constraints_ = false;
+  ToolContacts* tools_ = nullptr;  // of the increment that is solved
+  NodeVector f_base_;              // forces without the friction of the tools
   bool ended_early_ = false;
   ElementSummary summary_;
   double shift_ = 0;      // stiffness added to make a tangent definite

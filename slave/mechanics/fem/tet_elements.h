@@ -4,9 +4,9 @@
 //   P = R (2 mu E + lambda tr(E) I),  f_a = V P g_a,  W = V (mu |E|^2 + lambda / 2 tr(E)^2)
 //
 // with the signed polar rotation R (det R = +1), or R = I and E = sym(G) in the linear law. The
-// neo-Hookean law is that of neo_hookean_lanes.h.
-// Source: Mueller and Gross (2004), paper B [21]; the law is linear in E, as there.
-// Nondimensional throughout: lengths by the caller's unit, stress by E.
+// neo-Hookean law is that of neo_hookean_lanes.h. Source: Mueller and Gross (2004), paper B [21];
+// the law is linear in E, as there. Nondimensional: lengths are divided by the caller's unit,
+// stresses by E.
 #pragma once
 
 #include <array>
@@ -27,7 +27,7 @@ namespace palpate::fem {
 struct ElementSummary {
   double energy = 0;
   int inverted = 0;         // elements with det F <= 0
-  int first_inverted = -1;  // the first of them
+  int first_inverted = -1;  // index of the first one
 };
 
 // Destination of tangents: nine numbers per block, for the blocks at or above the diagonal.
@@ -36,10 +36,10 @@ struct TangentTarget {
   double shift = 0;  // added to the law's multiple of the identity [E]
 };
 
-// Eight elements side by side; the last group is filled up with elements of no volume.
+// Eight elements in vector lanes; the last group is filled up with elements of zero volume.
 struct alignas(64) TetGroup {
   std::array<std::array<int, kLanes>, 4> node{};
-  std::array<std::array<Double8, 3>, 3> gradient{};  // of corners 1 to 3
+  std::array<std::array<Double8, 3>, 3> gradient{};  // shape gradients of corners 1 to 3
   Double8 volume{};                                  // V, times the element's modulus
   Double8 root_volume_mu{};                          // sqrt(V mu)
   std::array<Double8, 4> quaternion{};               // s, x, y, z
@@ -52,8 +52,8 @@ class TetElements {
   // Per pair of corners (PairOf) and element of a group: the block between their nodes.
   using GroupBlocks = std::array<std::array<int, kLanes>, 10>;
 
-  // `mesh` with its tetrahedra in whatever order is good for memory; `lame` is multiplied by each
-  // one's modulus. Volumes must be positive.
+  // `mesh`: its tetrahedra may be in any order, for example one with good memory locality; `lame`
+  // is multiplied by each one's modulus. Volumes must be positive.
   TetElements(const SolidMesh& mesh, const Lame& lame, Law law);
 
   // Rotations start from those of the last evaluation. Allocation-free.
@@ -61,7 +61,7 @@ class TetElements {
   // Evaluates the neo-Hookean law and adds its tangent in one pass, on one thread.
   ElementSummary EvaluateWithTangent(const NodeVector& u, std::span<const GroupBlocks> blocks,
                                      const TangentTarget& tangent) noexcept;
-  // Rotations are the identity again.
+  // Resets rotations to the identity.
   void ForgetRotations() noexcept;
 
   [[nodiscard]] int size() const { return count_; }

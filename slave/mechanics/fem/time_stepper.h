@@ -22,7 +22,7 @@ class TimeStepper {
     double damping_stiffness = 0;
     bool linear = false;
   };
-  // Keeps a reference to the body.
+  // Stores a reference to the body.
   TimeStepper(FemBody& body, const Params& params);
 
   // At rest.
@@ -32,8 +32,8 @@ class TimeStepper {
     solver_.Renew();
     history_.Clear();
   }
-  // One step, at whose end the forces and constraints hold. False: no convergence or not finite;
-  // the motion is as before.
+  // Makes one step; the forces and constraints apply at its end. Returns false without convergence
+  // or with values that are not finite; the motion is then unchanged.
   bool Step(const NodeVector& f_ext, const Constraints& constraints) noexcept;
   // The motion is as before the last step.
   void TakeBack() noexcept;

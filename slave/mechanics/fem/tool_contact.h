@@ -59,8 +59,9 @@ class ToolContact {
   // Makes nodes that touch this tool its own.
   void Claim(int me, std::vector<int>* owner) const noexcept;
   // Updates which nodes touch and stick, after the displacements `u` and with the nodal forces
-  // `reaction`, without the tool's own friction. `slack`: of forces by the largest, of gaps by the
-  // depth [-]. `me`: this tool's number. True: some node changed.
+  // `reaction`, without the tool's own friction. `slack`: tolerance of forces relative to the
+  // largest one, and of gaps relative to the depth [-]. `me`: this tool's number. Returns true if a
+  // node changed.
   bool UpdateTouching(const NodeVector& u, const NodeVector& reaction, double slack, bool steps,
                       int me, std::vector<int>* owner) noexcept;
   // The forces that nodes have at the end of an increment, which is accepted.
@@ -70,7 +71,7 @@ class ToolContact {
   // Displacement of the tool in this increment, which its sticking nodes share.
   [[nodiscard]] Eigen::Vector3d way() const { return displacement_ - accepted_displacement_; }
   void Carry(const Eigen::Vector3d& way, NodeVector* moved) const noexcept;
-  // Adds `times` what turning friction is to the tangent.
+  // Adds the stiffness due to rotating friction, times `times`, to the tangent.
   void AddStiffness(double times, BlockMatrix* tangent) const noexcept;
   // Friction on nodes that slip: f_ext = base + friction on all nodes within reach.
   void Load(const NodeVector& base, NodeVector* f_ext) const noexcept;
@@ -83,12 +84,12 @@ class ToolContact {
   [[nodiscard]] bool is_disc() const { return tool_.shape == Tool::Shape::kFlat; }
   [[nodiscard]] int touching() const { return touching_; }
   [[nodiscard]] double reach() const { return reach_; }
-  // Some node was left to another tool.
+  // Returns whether a node was assigned to another tool.
   [[nodiscard]] bool shares() const { return shares_; }
   // Returns whether the set of touching nodes converged within the permitted number of changes per
   // increment.
   [[nodiscard]] bool settles() const;
-  // The force that an error of the reactions makes, by the same nodes.
+  // Returns the error of the force that results from an error of the reactions of the same nodes.
   [[nodiscard]] Eigen::Vector3d ForceOf(const NodeVector& reaction) const noexcept;
 
   [[nodiscard]] const Eigen::Vector3d& displacement() const { return accepted_displacement_; }
@@ -109,7 +110,8 @@ class ToolContact {
     Eigen::Vector3d friction{0, 0, 0};  // of one that slips, where it had moved by `judged`
     Eigen::Vector3d judged{0, 0, 0};
     Eigen::Vector3d aside{0, 0, 0};  // unit, across friction and normal
-    double turning = 0;              // stiffness along `aside`, since friction turns with sliding
+    // Stiffness along `aside`, because friction rotates with the sliding direction.
+    double turning = 0;
   };
 
   void FindGap(const NodeVector& u, Point* point) const noexcept;

@@ -15,7 +15,7 @@ namespace palpate::fem {
 
 class ToolContacts {
  public:
-  // Keeps references. Nodes that supports hold in some direction are not touched.
+  // Stores references to its arguments. Nodes that supports hold in some direction are not touched.
   ToolContacts(const SolidMesh& mesh, const FemBody& body, Constraints& constraints);
 
   // Sets the tools. Call it after the other contacts are in the constraints. A tool at the same

@@ -38,7 +38,7 @@ class VolumeModel : public DeformationModel {
     int nodes_per_element = 4;
     double length_unit = 0, force_unit = 0;  // the larger side [m], E times its square [N]
     double poisson_ratio = 0;
-    bool has_pressure = false;  // an unknown of its own
+    bool has_pressure = false;  // whether the pressure is a separate unknown
     bool is_dynamic = false;
     bool weighs = false;  // gravity acts
     double range = 0;     // largest |displacement| [length units] before `extrapolated`; 0: none
@@ -59,7 +59,8 @@ class VolumeModel : public DeformationModel {
   // Makes the last step of time undone, after SolveUnder had made it.
   virtual void TakeBack() = 0;
   [[nodiscard]] virtual Eigen::Vector3d DisplacementAt(int node) const = 0;
-  // The force of contacts and supports on a held node; that of a contact that moves a point.
+  // Returns the force of contacts and supports on a constrained node, or the force of a contact
+  // that moves a point.
   [[nodiscard]] virtual Eigen::Vector3d ReactionAt(int node) const = 0;
   [[nodiscard]] virtual Eigen::Vector3d PointForce(std::size_t contact) const = 0;
   struct Inversion {
@@ -79,7 +80,7 @@ class VolumeModel : public DeformationModel {
 
   [[nodiscard]] std::span<const ContactPlace> places() const { return contacts_.places(); }
   [[nodiscard]] const Inversion& inversion() const { return inversion_; }
-  // Four nodes without a pressure of their own are too stiff near nu = 0.5.
+  // Four-node elements without a pressure unknown are too stiff near nu = 0.5.
   [[nodiscard]] bool locks() const;
   // Sets the part of info().remark that does not depend on the last answer.
   void SetRemark(std::string remark);

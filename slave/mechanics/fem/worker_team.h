@@ -1,4 +1,4 @@
-// A few threads that share a loop again and again.
+// A few threads that share repeated loops.
 #pragma once
 
 #include <atomic>
@@ -7,8 +7,9 @@
 
 namespace palpate::fem {
 
-// Does `work(first, last)` on pieces of [0, count) until all is done. What an index computes must
-// not depend on the others; then neither does the solution on the number of threads.
+// Calls `work(first, last)` on pieces of [0, count) until all are done. The computation for an
+// index must not depend on other indices, so that the result does not depend on the number of
+// threads.
 class WorkerTeam {
  public:
   // `threads` >= 1, the calling one included.

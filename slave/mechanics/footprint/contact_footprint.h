@@ -20,7 +20,7 @@ namespace palpate {
 struct MomentRule {
   // Places of a contact below which the moment of its force is unknown.
   std::size_t fewest = 4;
-  // Error of the moment by force times width over the number of places [-]. [tuned:
+  // Error of the moment, divided by (force times width / number of places) [-]. [tuned:
   // contact_moment_test]
   double spread = 0.5;
 };
@@ -54,8 +54,8 @@ struct ContactFootprint {
 };
 constexpr int kMaxPointPlaces = 3;
 
-// Sets the moment of a response from the forces [N] at the places that `arms` [m] lead to, if there
-// are enough to resolve a distribution. `force_at(i)`: of place i.
+// Sets the moment of a response from the forces [N] and lever arms `arms` [m] of the places, if
+// there are enough places to resolve a distribution. `force_at(i)`: force at place i.
 template <class ForceAt>
 void SetMoment(std::span<const Eigen::Vector3d> arms, double width, const ForceAt& force_at,
                ContactResponse* response, const MomentRule& rule = {}) {
@@ -97,10 +97,10 @@ class SurfaceFootprints {
                              bool quarters = false);
   void MayWiden(bool may) { may_widen_ = may; }
 
-  // A contact moves a node, a point between three, or the nodes of a disc alike; a load acts on a
-  // node, on three by their barycentric weights, or evenly on the triangles of a disc, a third of
-  // each one's share per node. A point has the three nodes of its triangle, those of no weight too;
-  // nodes of a disc are in rising order.
+  // A contact moves a node, a point between three nodes, or all nodes of a disc equally. A load
+  // acts on a node, on three nodes by their barycentric weights, or uniformly on the triangles of a
+  // disc, a third of each triangle's share per node. A point has the three nodes of its triangle,
+  // including those with zero weight; nodes of a disc are in rising order.
   std::string_view OnNodes(const Contact& contact, ContactFootprint* footprint);
   // Finds the triangles of a uniform load: without width one, else all whose centroids are inside
   // the disc, in rising order. `basis`: coordinate axes of the disc.
@@ -131,7 +131,7 @@ class SurfaceFootprints {
   bool FindWiderDisc(const Contact& contact, PatchBasis basis, ContactFootprint* footprint);
   [[nodiscard]] bool IsWholeAndPlane(double width) const;
   [[nodiscard]] bool HoldsPatch() const;
-  // Along the ray from `p_O` into the body [m]; infinite: it meets nothing.
+  // Returns the thickness along the ray from `p_O` into the body [m]; infinite: no intersection.
   [[nodiscard]] double ThicknessAt(const SurfacePlace& place, const Eigen::Vector3d& p_O) const;
   void AddTriangle(int triangle);
   [[nodiscard]] std::span<const int> TrianglesOf(int node) const { return around_.Of(node); }
@@ -150,7 +150,7 @@ class SurfaceFootprints {
   std::vector<int> searched_;  // triangles of the present search
   int patches_ = 0;
   std::vector<double> load_;  // per node, zero between calls
-  std::vector<char> held_;    // empty: nothing is widened
+  std::vector<char> held_;    // empty: no contact is widened
   bool quarters_;
   bool may_widen_ = true;
 };

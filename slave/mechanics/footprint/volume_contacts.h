@@ -26,7 +26,7 @@ struct ContactPlace {
   bool on_support = false;            // see kOnSupport (mesh_resolution.h)
 };
 
-// Remembers the last set, so that contacts that stay where they are cost nothing to find.
+// Stores the last set, so that unchanged contacts are not searched again.
 class VolumeContacts {
  public:
   // `held`: per node of `mesh`. A force unit is E times a length unit squared [N].

@@ -16,7 +16,7 @@ namespace palpate {
 // quadratic triangles.
 class VolumeFootprints {
  public:
-  // Keeps a reference to `mesh`, whose nodes are in units of `unit` [m]. `uneven`: per node, see
+  // Stores a reference to `mesh`, whose nodes are in units of `unit` [m]. `uneven`: per node, see
   // `held` of SurfaceFootprints; empty: no contact is widened.
   VolumeFootprints(const TetMesh& mesh, double unit, const std::vector<char>& uneven);
 

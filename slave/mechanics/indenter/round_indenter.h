@@ -88,7 +88,7 @@ class RoundIndenter {
   ContactLaw law_;
   bool is_planar_ = false;
   std::vector<Contact> contacts_, released_;
-  std::vector<Contact> varied_;  // queries beside that of the contacts, and their responses
+  std::vector<Contact> varied_;  // additional queries and their responses
   std::vector<ContactResponse> responses_;
 };
 

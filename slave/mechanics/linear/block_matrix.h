@@ -62,7 +62,7 @@ struct BlockPattern {
 // Completes the transposes of a graph that includes the diagonal.
 BlockPattern MakePattern(NodeGraph graph);
 
-// Keeps a reference to its pattern.
+// Stores a reference to its pattern.
 class BlockMatrix {
  public:
   explicit BlockMatrix(const BlockPattern& pattern);

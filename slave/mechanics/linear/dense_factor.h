@@ -23,14 +23,14 @@ struct RowMajor {
 // time of LAPACK with OpenBLAS up to 200 unknowns (bench_linear).
 class DenseFactor {
  public:
-  // Room for a matrix of this order, to be filled by row(). Memory only grows.
+  // Prepares memory for a matrix of this order, to be filled with row(). Memory only grows.
   void Reset(int order);
   [[nodiscard]] double* row(int i) { return RowMajor{entries_.data(), stride_}.row(i); }
   [[nodiscard]] int order() const { return order_; }
   [[nodiscard]] int stride() const { return stride_; }
 
-  // Factorises in place, O(n^3). False: a pivot is below 1e-13 of the largest one so far, or not
-  // finite.
+  // Factorises in place, O(n^3). Returns false if a pivot is below 1e-13 of the largest one so far,
+  // or not finite.
   bool Factorise() noexcept;
   // The rows of `b` become those of A^-1 b, all of its columns; O(n^2) for each eight of them.
   void Solve(const RowMajor& b) const noexcept;

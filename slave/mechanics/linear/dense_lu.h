@@ -16,7 +16,7 @@ class DenseLu {
  public:
   static constexpr int kWidth = 256;  // columns of a block, the last one may have fewer
 
-  // Square. Takes the matrix over.
+  // Takes ownership of the square matrix.
   explicit DenseLu(Eigen::MatrixXd A);
 
   [[nodiscard]] int order() const { return static_cast<int>(A_.cols()); }

@@ -1,5 +1,5 @@
-// Numbers side by side, which the compiler turns into the machine's vector instructions, and the
-// mark of the few kernels that are worth compiling for several of them.
+// Vector types that the compiler translates to the machine's vector instructions, and a macro for
+// the few kernels that are compiled for several instruction sets.
 #pragma once
 
 // Compiles a function for the baseline, AVX with fused products, and AVX-512; the loader selects a

@@ -161,7 +161,7 @@ void SparseLdlt<Scalar>::FindRows(const Matrix& lower) {
   }
 }
 
-// Finds the sizes of the parts.
+// Computes the operations, and the sizes of the scratch memory.
 template <typename Scalar>
 void SparseLdlt<Scalar>::CountWork() {
   for (Supernode& s : supernodes_) {

@@ -28,14 +28,14 @@ class SparseLdlt {
   [[nodiscard]] std::size_t entries() const { return entries_; }
   // Additions and multiplications of a factorisation.
   [[nodiscard]] double flops() const { return flops_; }
-  // After Allocate.
+  // Memory after Allocate.
   [[nodiscard]] std::size_t memory_bytes() const;
 
   // Allocates memory for the factor. The functions below do not allocate, except for a block of
   // right-hand sides.
   void Allocate(const Matrix& upper);
-  // False: a pivot is zero or not finite, or negative where the matrix must be `definite`; or
-  // stopped by `go_on`, which receives the share that is done.
+  // Returns false if a pivot is zero or not finite, or negative although the matrix must be
+  // `definite`, or if `go_on` stopped it, which receives the completed fraction.
   bool Factorize(
       const Matrix& upper, bool definite,
       const std::function<bool(double)>& go_on = [](double) { return true; });

@@ -30,7 +30,7 @@ struct Guide {
 
 class TwoGrid {
  public:
-  // `points`: where the rows of the pattern are. Keeps a reference to the pattern. O(N log N).
+  // `points`: positions of the pattern's rows. Stores a reference to the pattern. O(N log N).
   TwoGrid(std::span<const Eigen::Vector3d> points, const BlockPattern& pattern);
 
   // `free` per row and component: 1 free, 0 fixed. Rows and columns of fixed components, and of the
@@ -64,17 +64,17 @@ class TwoGrid {
   }
 
   const BlockPattern& pattern_;
-  int vertices_ = 0, band_ = 0;    // of the coarse grid; unknowns beside the diagonal
+  int vertices_ = 0, band_ = 0;    // number of vertices of the coarse grid; bandwidth in unknowns
   std::vector<GridPlace> places_;  // per row
   std::vector<double> coarse_;     // lower triangle by columns, then its factor
   std::vector<double> coarse_r_;
-  NodeVector coarse_nodes_;       // the same by vertices
+  NodeVector coarse_nodes_;       // coarse_r_, one entry per vertex
   std::vector<int> near_, slot_;  // coarse vertices about one row
   NodeVector sums_;               // the row's products with them
   NodeVector free_, coarse_free_;
   double scale_ = 1;
   std::vector<float> values_;   // nine per block, with space for one more value
-  std::vector<float> inverse_;  // the same of the diagonal
+  std::vector<float> inverse_;  // values of the inverse diagonal blocks, in the same layout
   std::vector<Single> r_, z_, left_;
 };
 

@@ -64,7 +64,7 @@ class InflatedMembrane {
     double modulus = 0;          // E h: Young's modulus times thickness [N/m], >= 0
     double poisson_ratio = 0.5;  // -1 < nu <= 0.5
     double tension = 0;          // T [N/m], >= 0; it or the modulus > 0
-    // P, inside less outside [Pa]; absent: the one that balances T best.
+    // P, inside minus outside [Pa]; absent: the pressure that balances T best.
     std::optional<double> pressure{};
     double air_stiffness = 0;  // k: pressure per displaced volume [Pa/m^3], >= 0
   };
@@ -116,16 +116,16 @@ struct Ellipsoid {
   Eigen::Matrix3d semi_axes = Eigen::Matrix3d::Identity();  // symmetric, eigenvalues > 0 [m]
 };
 
-// How far `p` is outside [m], to first order in the distance.
+// Returns the distance of `p` from the ellipsoid, positive outside [m], to first order.
 double DistanceOutside(const Ellipsoid& ellipsoid, const Eigen::Vector3d& p);
 
-// Flat, in the plane z = 0, normal along z; `rings` of triangles about the centre, 6 rings^2 in
-// all, the outermost nodes fixed. Throws std::invalid_argument: radius not positive, rings not in 1
-// to 1000.
+// Makes a flat disc in the plane z = 0 with its normal along z: `rings` rings of triangles around
+// the centre, 6 rings^2 in total, with the outermost nodes fixed. Throws std::invalid_argument:
+// radius not positive, rings not in 1 to 1000.
 MembraneShape MeshFlatMembrane(double radius, int rings);
-// The part of the ellipsoid where p . axis > rim, relative to the centre; `axis` is a unit vector,
-// the rim is fixed. Throws std::invalid_argument: as MeshFlatMembrane, or if the plane does not
-// intersect the ellipsoid.
+// Makes the part of the ellipsoid where p . axis > rim, relative to the centre; `axis` is a unit
+// vector, the rim is fixed. Throws std::invalid_argument: as MeshFlatMembrane, or if the plane does
+// not intersect the ellipsoid.
 MembraneShape MeshDomedMembrane(const Ellipsoid& ellipsoid, const Eigen::Vector3d& axis, double rim,
                                 int rings);
 

@@ -66,7 +66,7 @@ void RequireResolution(double resolution, double volume) {
                               Brief(least) + " m (4 million tetrahedra)");
 }
 
-// The requested program, otherwise TetGen before Gmsh.
+// Returns the requested program; without a request TetGen, or Gmsh if there is no TetGen.
 std::pair<Program, std::filesystem::path> Choose(Program wanted) {
   for (const auto& [program, name] :
        {std::pair{Program::kTetgen, "tetgen"}, std::pair{Program::kGmsh, "gmsh"}}) {
@@ -188,7 +188,7 @@ void WriteGmshInput(const std::filesystem::path& file, const SurfaceMesh& surfac
   WriteWholeFile(file, text);
 }
 
-// Runs the chosen program on a surface in units of its diagonal, in a folder of its own.
+// Runs the chosen program in a temporary folder, on a surface in units of its diagonal.
 class Mesher {
  public:
   Mesher(const FillOptions& options, const std::stop_token& stop)

@@ -1,5 +1,5 @@
-// Tetrahedra inside a closed surface, by the program TetGen or Gmsh. Both are programs of their own
-// (AGPL, GPL), found on PATH and run as such, never linked.
+// Fills a closed surface with tetrahedra, using the program TetGen or Gmsh. Both are separate
+// programs (AGPL, GPL), which are found on PATH and never linked.
 #pragma once
 
 #include <chrono>
@@ -16,7 +16,7 @@ namespace palpate {
 struct FillOptions {
   enum class Program : std::uint8_t { kFirstFound, kTetgen, kGmsh };  // TetGen is searched first
 
-  double resolution = 0;  // edge of a tetrahedron [m]; 0: left to the program
+  double resolution = 0;  // edge of a tetrahedron [m]; 0: chosen by the program
   Program program = Program::kFirstFound;
   std::chrono::milliseconds timeout{120'000};
   MeshNumbers numbers;  // of the surface, for messages

@@ -1,9 +1,9 @@
 // Green's functions of the clamped circular plate at small deflection, in closed form.
 //
-// Nondimensional: lengths by the plate's radius a, deflections by F a^2 / D for a load F, with the
-// rigidity D = E t^3 / (12 (1 - nu^2)). Deflection counts along the load.
-// Source: paper C, eq. (2) (after Michell 1902), the part lost in the scan recovered; loads spread
-// over a disc by Pizzetti's mean value theorem, which is exact for biharmonic functions.
+// Nondimensional: lengths are divided by the plate's radius a, deflections by F a^2 / D for a load
+// F, with the rigidity D = E t^3 / (12 (1 - nu^2)). Deflection counts along the load. Source: paper
+// C, eq. (2) (after Michell 1902), with the part that is illegible in the scan restored. Loads
+// spread over a disc use Pizzetti's mean value theorem, which is exact for biharmonic functions.
 #pragma once
 
 #include <Eigen/Core>

@@ -14,7 +14,8 @@ Quadrature GaussLegendre(int count);
 // count >= 2.
 Eigen::VectorXd LobattoPoints(int count);
 
-// Polynomials on [0, 1] by their values at `nodes`: row per place, column per node.
+// Interpolates polynomials on [0, 1] from their values at `nodes`: one row per place, one column
+// per node.
 struct Interpolation {
   Eigen::MatrixXd value, slope;
 };

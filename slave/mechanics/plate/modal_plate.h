@@ -67,7 +67,7 @@ class ShortWaves {
 
   double load_radius_;
   Face face_;
-  std::vector<Level> levels_;  // from coarse to fine; the last has no share
+  std::vector<Level> levels_;  // from coarse to fine; the last one has no effect
 };
 
 class ModalPlate {
@@ -82,7 +82,7 @@ class ModalPlate {
     [[nodiscard]] bool is_sought() const { return !is_force || face == Face::kRigid; }
   };
 
-  // Keeps a reference to the modes. D: bending stiffness; prestress N0 >= 0.
+  // Stores a reference to the modes. D: bending stiffness; prestress N0 >= 0.
   ModalPlate(const PlateModes& modes, double D, double prestress);
 
   // Positions of the loads, in a frame in which `symmetry` holds.
@@ -98,9 +98,9 @@ class ModalPlate {
     // does not touch.
     double stiffness = 0;
   };
-  // The answer of a contact at the solution.
+  // Returns the answer of a contact at the solution.
   [[nodiscard]] Answer AnswerOf(std::size_t contact) const noexcept;
-  // At a position, in the frame of Place(). No allocation.
+  // Returns the deflection at a position, in the frame of Place(). No allocation.
   [[nodiscard]] double Deflection(const Eigen::Vector2d& x) noexcept;
 
  private:
@@ -113,7 +113,7 @@ class ModalPlate {
   void AddForces(double share) noexcept;
   bool SeekForces(double share) noexcept;
   void NoteDeflections() noexcept;
-  // Deflection by the shapes beyond the modes at a place.
+  // Returns the deflection at a place caused by shapes beyond the modes.
   [[nodiscard]] double ShortWavesAt(Eigen::Index place) const noexcept;
   // Part of the forces that shares the short waves of a contact.
   [[nodiscard]] double ForceNear(std::size_t contact) const noexcept;
@@ -130,7 +130,7 @@ class ModalPlate {
   std::vector<std::size_t> contact_of_;  // per place
   PressedPlaces pressed_;
   std::vector<double> sought_;         // values of the contacts with unknown forces
-  Eigen::MatrixXd at_, load_, short_;  // f and l, column per place; g
+  Eigen::MatrixXd at_, load_, short_;  // f and l, one column per place; g
   Eigen::MatrixXd centres_;            // the modes at the centres, column per contact
   Eigen::VectorXd resolution_;         // g_ss for points at the centres, by 1 / D
   Eigen::MatrixXd near_;               // h, of contacts

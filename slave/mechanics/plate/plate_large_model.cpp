@@ -41,7 +41,7 @@ double BendingStiffness(double nu) {
   return 1 / (12 * (1 - nu * nu));
 }
 
-// N0 by E t^3 / a^2.
+// N0 divided by E t^3 / a^2.
 double ScaledPrestress(const PlateLargeModel::Params& params) {
   const double slenderness = params.thickness / params.radius;
   return params.prestress / params.young_modulus / params.thickness / (slenderness * slenderness);

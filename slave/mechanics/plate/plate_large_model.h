@@ -23,11 +23,11 @@ namespace palpate {
 // the load is found less well: a force sought from it is 4 % low at 0.7 of the radius at 5 t, 8 %
 // at half of it at 10 t (see load_fit.h).
 //
-// The law, whatever the order: moderate rotations, linear elasticity, no shear. Against a
-// neo-Hookean solid, 1 mm of rubber with a radius of 39 mm under a tool of 4 mm, 5 mm deep, the
-// force at that depth is high by 7 % at the centre, 8 % at 0.3, 9 % at 0.5, 13 % at 0.7 and 17 % at
-// 0.8 of the radius; at 0.5 mm thickness by 5 to 6 %, at 2 mm by 12 to 31 %. plate_law.h states it
-// for all; what it puts beyond 10 % is kExtrapolated.
+// Error of the law, independent of the order: moderate rotations, linear elasticity, no shear.
+// Against a neo-Hookean solid, 1 mm of rubber with a radius of 39 mm under a tool of 4 mm, 5 mm
+// deep, the force at that depth is high by 7 % at the centre, 8 % at 0.3, 9 % at 0.5, 13 % at 0.7
+// and 17 % at 0.8 of the radius; at 0.5 mm thickness by 5 to 6 %, at 2 mm by 12 to 31 %.
+// plate_law.h states it for all cases; errors above 10 % are kExtrapolated.
 //
 // Newton's method from the last solution. Beyond |w| = 0.3 a rotations are not moderate any more:
 // kExtrapolated; the same where the law's error in the solution, a force or the deflection under a
@@ -42,8 +42,8 @@ class PlateLargeModel final : public PlateSurface {
     double prestress = 0;      // tension at rest N0 [N/m], >= 0
     int order = 12;            // of the modes: even, 2 to 40; cost of an update about order^4
     // Largest |w| / t that is not `extrapolated` for a contact near the centre; at the radius p
-    // [radii] (1 - p^2)^2 of it, the share of the plate's compliance there; at the very centre ten
-    // times it.
+    // [radii] it is reduced by (1 - p^2)^2, the relative compliance of the plate there; exactly at
+    // the centre it is ten times larger.
     double range = 20;
   };
 

@@ -1,18 +1,18 @@
-// Errors of von Karman's plate against rubber sheets as solids: the range of its answers by
-// position, depth and thickness.
+// Errors of von Karman's plate relative to solid rubber sheets, which limit its range by position,
+// depth and thickness.
 //
-// The solid: neo-Hookean, nu 0.45, clamped at radius a, under an even round load of a / 10; t of
-// a / 80 to a / 10, w up to a / 4 at the centre and to a / 8 beside it, up to 0.8 of the radius
-// (tests/slave/simulator/stereo/membrane_laws_test.cpp). Bending without shear makes the plate too
-// stiff where it is thick or fixed near the load, moderate rotations and linear elasticity where it
-// is steep. Wider loads differ by less, narrower ones by more.
+// The solid: neo-Hookean, nu 0.45, clamped at radius a, under a uniform round load of diameter a /
+// 10; t of a / 80 to a / 10, w up to a / 4 at the centre and to a / 8 beside it, up to 0.8 of the
+// radius (tests/slave/simulator/stereo/membrane_laws_test.cpp). Bending without shear makes the
+// plate too stiff if it is thick or fixed near the load; moderate rotations and linear elasticity
+// do so where it is steep. The errors are smaller for wider loads and larger for narrower ones.
 #pragma once
 
 namespace palpate::plate {
 
 struct Indentation {
   double place = 0;        // of the load [radii], below 1
-  double deflection = 0;   // under the load, by the radius
+  double deflection = 0;   // under the load, relative to the radius
   double slenderness = 0;  // t / a
 };
 
@@ -21,8 +21,8 @@ struct Indentation {
 // Up to 0.15 it is within 0.03 of the measured excess.
 double ExcessAtDepth(const Indentation& indentation) noexcept;
 
-// Deflection at the centre, by the radius, at which the excess is `excess`; 0: the plate is too
-// thick for any.
+// Returns the deflection at the centre, relative to the radius, at which the excess is `excess`; 0:
+// the plate is too thick for any deflection.
 double DeflectionOfExcess(double excess, double slenderness) noexcept;
 
 // Returns one standard deviation, relative to the force, of the error that the plate's law causes

@@ -41,7 +41,8 @@ class PlateModel final : public PlateSurface {
   double force_unit_ = 0;                    // D / a: deflects by about a [N]
   std::vector<plate::PressedPlace> places_;  // of the contacts, one after another
   std::vector<Eigen::Index> firsts_;         // the first place of each contact, and the end
-  Eigen::MatrixXd compliance_;            // deflection at a place, column: by a load of one there
+  // Deflection at the row's place under a unit load at the column's place.
+  Eigen::MatrixXd compliance_;
   Eigen::VectorXd forces_, deflections_;  // at the places, nondimensional
   plate::PressedPlaces pressed_;
   std::vector<double> values_;  // of the contacts with unknown forces

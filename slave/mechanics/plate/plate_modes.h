@@ -1,11 +1,12 @@
 // Bending modes and membrane stress modes of the clamped plate, and their coupling: all parts of
 // the von Karman plate that do not depend on the load.
 //
-// Nondimensional: lengths along the plate by its radius a, deflections by its thickness, with D the
-// bending stiffness and N0 the tension at rest. Deflections are polynomials times (1 - r^2)^2, by
-// Fourier's modes in the angle, orthonormal in the bending energy: int (Laplace f_i)(Laplace f_j) =
-// d_ij. Stresses come from Airy functions, free polynomials, orthonormal in the complementary
-// energy of plane stress: the immovable edge is then a natural condition. So the plate's energy is
+// Nondimensional: lengths along the plate are divided by its radius a, deflections by its
+// thickness. D is the bending stiffness, N0 the tension at rest. Deflections are polynomials times
+// (1 - r^2)^2, by Fourier's modes in the angle, orthonormal in the bending energy: int (Laplace
+// f_i)(Laplace f_j) = d_ij. Stresses come from Airy functions, free polynomials, orthonormal in the
+// complementary energy of plane stress: the immovable edge is then a natural condition. So the
+// plate's energy is
 //
 //   U(a) = D / 2 |a|^2 + N0 / 2 a^T P a + 1 / 2 sum_k c_k^2,   c_k = 1 / 2 a^T G_k a
 //

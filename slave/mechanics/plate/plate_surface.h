@@ -36,8 +36,8 @@ class PlateSurface : public DeformationModel {
             .prescribed_O = {0, 0, value},
             .is_rigid = tool.is_rigid};
   }
-  // Displacement along z [m] in a solution of this plate at (x, y) on it, frame O [m]; zero if it
-  // failed or nothing was solved. No allocation.
+  // Displacement along z [m] in a solution of this plate at (x, y) on it, frame O [m]; zero after a
+  // failure or without a solution. No allocation.
   [[nodiscard]] double Displacement(const Solution& solution, const Eigen::Vector2d& p_O) noexcept {
     return Show(solution) && answered_ ? DisplacementAt(p_O / radius()) : 0;
   }

@@ -34,7 +34,7 @@ struct PressedPlace {
       : disc{one, 0}, twin(other), has_twin(true) {}
 };
 
-// Deflection at `x` under a load of one at a place.
+// Returns the deflection at `x` under a unit load at a place.
 double Deflection(const PressedPlace& load, const Eigen::Vector2d& x) noexcept;
 
 // How a contact presses: over its disc evenly, or as a rigid flat face.
@@ -72,7 +72,7 @@ class PressedPlaces {
   // d load / d deflection of one body while the prescribed values of the others stay; 0: it does
   // not touch.
   [[nodiscard]] double Stiffness(std::size_t body) const noexcept;
-  // d load / d deflection of an even load at `place`; 0: it cannot move.
+  // Returns d load / d deflection of a uniform load at `place`; 0: it cannot move.
   [[nodiscard]] double StiffnessAt(const Eigen::MatrixXd& compliance,
                                    Eigen::Index place) const noexcept;
 
@@ -102,7 +102,7 @@ class PressedPlaces {
   }
 
   std::vector<Body> bodies_;
-  std::vector<double> signs_;   // of the bodies' forces; 0: loaded with nothing
+  std::vector<double> signs_;   // signs of the bodies' forces; 0: no load
   std::vector<double> depths_;  // of the bodies
   Eigen::Index places_ = 0;     // up to the last one of a body
   std::vector<Touching> touching_, factored_for_;

@@ -1,8 +1,9 @@
 // A clamped von Karman plate pressed at its centre: rotational symmetry leaves two functions of the
 // radius, solved to nine digits.
 //
-// Nondimensional: radius by a, deflection by t, force by E t^4 / a^2, tension (N per length) by
-// E t^3 / a^2; D = 1 / (12 (1 - nu^2)). With the slope b = dw/dr and psi = r N_r,
+// Nondimensional: the radius is divided by a, the deflection by t, the force by E t^4 / a^2, the
+// tension (N per length) by E t^3 / a^2; D = 1 / (12 (1 - nu^2)). With the slope b = dw/dr and psi
+// = r N_r,
 //
 //   D (r b'' + b' - b / r) = (psi + N0 r) b + F f(r) / (2 pi),   b(0) = b(1) = 0
 //   r psi'' + psi' - psi / r = -b^2 / 2,   psi(0) = 0,   psi'(1) = nu psi(1)   (the edge stays)
@@ -34,7 +35,7 @@ double LargestEntry(const Eigen::MatrixBase<Vector>& v) {
 }
 
 // Solves for a goal by `newton` from the last solution, else in steps from rest that double the
-// share of the goal. `newton(share)` returns whether it converged; `largest`: size of the whole
+// fraction of the goal. `newton(share)` returns whether it converged; `largest`: size of the whole
 // goal, relative to one that can be reached from rest in one step. False: no solution, and the
 // state is at rest.
 template <typename Newton, typename Rest>
@@ -89,7 +90,7 @@ class RoundPress {
   void Reset() noexcept;
 
   [[nodiscard]] double force() const { return force_; }
-  // At the centre of an even load, of a rigid face.
+  // Deflection at the centre of an even load, or of a rigid face.
   [[nodiscard]] double deflection() const { return depth_ * slope_; }
   [[nodiscard]] double stiffness() const { return stiffness_; }  // d force / d deflection
 

@@ -77,7 +77,7 @@ class PronySeries {
 
   std::vector<RelaxationTerm> terms_;
   std::vector<Step> steps_;
-  double left_ = 1;     // share of the force after all terms have decayed
+  double left_ = 1;     // fraction of the force after all terms have decayed
   double at_once_ = 1;  // left_ plus the shares of the terms
 };
 

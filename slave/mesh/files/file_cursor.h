@@ -30,11 +30,11 @@ class SourcePlace {
   [[nodiscard]] virtual std::string Where() const = 0;
 };
 
-// `text` in quotes, shortened, with question marks for what cannot be printed.
+// Returns `text` in quotes, shortened, with question marks for unprintable characters.
 std::string Quoted(std::string_view text);
 // Returns a number in few digits.
 std::string Brief(double value);
-// Text as a number in the C locale, all of it; these throw through `place`.
+// Parse the whole text as a number in the C locale; errors are thrown by `place`.
 std::int64_t ParseWhole(const SourcePlace& place, std::string_view text, const char* what,
                         std::int64_t low, std::int64_t high);
 double ParseReal(const SourcePlace& place, std::string_view text, const char* what);
@@ -59,12 +59,13 @@ class FileCursor : public SourcePlace {
 
   // The rest of the line, without its end. False: end of the file.
   bool NextLine(std::string_view* line);
-  // The next run of characters without blanks. Throws at the file's end; `what` was expected there.
+  // Returns the next word. Throws at the file's end; `what` is the expected item.
   std::string_view Word(const char* what);
   // Returns whether only blanks are left.
   [[nodiscard]] bool AtEnd() const;
 
-  // The next number as type T: a word, or its bytes. Throws: none is left, out of [low, high].
+  // Reads the next number as type T, as text or bytes. Throws if none is left or it is outside
+  // [low, high].
   template <std::integral T>
   std::int64_t Whole(const char* what, std::int64_t low, std::int64_t high) {
     if (form_ == NumberForm::kText) return ParseWhole(*this, Word(what), what, low, high);
@@ -75,7 +76,7 @@ class FileCursor : public SourcePlace {
     }
     RefuseWhole(what, std::to_string(value), low, high);
   }
-  // Finite. Throws: none is left, not finite.
+  // Reads a finite number. Throws if none is left or it is not finite.
   template <std::floating_point T>
   double Real(const char* what) {
     if (form_ == NumberForm::kText) return ParseReal(*this, Word(what), what);
@@ -125,17 +126,18 @@ class FileCursor : public SourcePlace {
 };
 
 // A text file of rows: fields between blanks or commas, comments from `#` to the end of the line,
-// empty lines passed over, *INCLUDE lines replaced by the rows of the file they name.
+// empty lines are skipped, *INCLUDE lines are replaced by the rows of the named file.
 class RowReader : public SourcePlace {
  public:
   // Throws std::invalid_argument: a file cannot be read, files that include each other endlessly.
   explicit RowReader(const std::filesystem::path& file);
 
-  // Goes to the next row; false: there is none.
+  // Moves to the next row; returns false if there is none.
   bool Next();
-  // Goes to the next row, which must be there with `least` fields; `what` was expected.
+  // Moves to the next row, which must exist with at least `least` fields; `what` is the expected
+  // item.
   void Require(const char* what, std::size_t least);
-  // Comes back to the present row with the next Next.
+  // Makes the next call of Next return the present row again.
   void Back() { again_ = true; }
 
   [[nodiscard]] const std::vector<std::string_view>& fields() const { return fields_; }

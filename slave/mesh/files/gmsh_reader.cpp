@@ -36,7 +36,7 @@ constexpr std::array<CellKind, 23> kKinds{{{1, 2, Use::kPassedOver, "line"},
                                            {26, 4, Use::kPassedOver, "cubic line"},
                                            {29, 20, Use::kTet, "cubic tetrahedron"}}};
 
-constexpr std::size_t kMaxNodes = 27;  // of any kind
+constexpr std::size_t kMaxNodes = 27;  // largest number of nodes of a kind of element
 constexpr std::int64_t kMaxTag = std::int64_t{1} << 60;
 
 class GmshReader {
@@ -161,7 +161,8 @@ class GmshReader {
         if (!text) number = cursor_.Whole<std::int32_t>("element", 0, kMaxTag);
         for (std::int64_t t = 0; t < tags; ++t) {
           const std::int64_t tag = cursor_.Whole<std::int32_t>("tag", -kMaxTag, kMaxTag);
-          if (t == 0 && kind.use == Use::kTet) groups_.insert(tag);  // the physical one
+          // The first tag is the physical group.
+          if (t == 0 && kind.use == Use::kTet) groups_.insert(tag);
         }
         ReadCell<std::int32_t>(kind, number);
       }

@@ -34,12 +34,12 @@ struct MeshFile {
 //   .stl         ASCII and binary; equal corners become one node
 //   .ply         ASCII and binary of either byte order; vertices at the same place become one node
 //
-// Quadratic elements are read by their corners. Triangles beside tetrahedra, lines and points are
-// passed over; remarks name sections and groups that are not used. A byte order mark and line ends
-// of CR alone are accepted. Throws std::invalid_argument, `file:line: what: expected ...`
+// Quadratic elements are read by their corners. Triangles in addition to tetrahedra, lines and
+// points are ignored; remarks name sections and groups that are not used. A byte order mark and
+// line ends of CR alone are accepted. Throws std::invalid_argument, `file:line: what: expected ...`
 // (`file: byte n` in binary parts): a file that cannot be read, is malformed, cut short, larger
-// than 2 GiB, or names what it does not have; elements that are no tetrahedra; `unit` not positive
-// and finite.
+// than 2 GiB, or refers to missing items; elements that are no tetrahedra; `unit` not positive and
+// finite.
 MeshFile ReadMeshFile(const std::filesystem::path& file, double unit);
 
 // Gmsh 2.2, ASCII, numbered from 1, in metres; numbers round-trip. Results on meshes: vtu_writer.h.

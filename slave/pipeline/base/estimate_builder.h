@@ -42,7 +42,7 @@ class EstimateBuilder {
     if (!touches) punctured_ = is_broken_ = false;
   }
   [[nodiscard]] bool in_contact() const { return in_contact_; }
-  // A puncture was detected: the force is zero until the tool has left.
+  // Records a puncture: the force is zero until the tool has left.
   void Break() noexcept { is_broken_ = true; }
   [[nodiscard]] bool broken() const { return is_broken_; }
 

@@ -58,7 +58,7 @@ struct SenseInfo {
   std::string samples;  // kind of samples: images, pairs, samples
   // sigma of the measured tip position [m]; 0: only the encoders measure it.
   double tip_resolution = 0;
-  bool tells_force = true;            // false: only the object's position
+  bool has_force_estimate = true;     // false: only the object's position
   ModelInfo model;                    // kind `none`: there is none
   std::string reason;                 // why this model
   std::vector<std::string> remarks;   // remarks before the first contact, one sentence each

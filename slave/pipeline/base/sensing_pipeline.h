@@ -33,11 +33,11 @@ class LatencyHistogram;
 class GroundTruth;
 class TactileInbox;
 
-// `times` as the stage called `name`.
+// Returns `times` as those of the stage `name`.
 StageTimes TimesOf(const std::string& name, const LatencyHistogram& times);
 
-// `model` with the requested change. `object`: class whose kinds are accepted; nullopt: there is no
-// model. Throws std::invalid_argument with what is accepted.
+// Returns `model` with the requested change. `object`: class whose kinds are accepted; nullopt:
+// there is no model. Throws std::invalid_argument with what is accepted.
 ModelOptions Changed(ModelOptions model, const ModelChange& change,
                      std::optional<ObjectClass> object);
 
@@ -75,7 +75,7 @@ struct SurfaceMotion {
   double velocity_error = 0;          // one standard deviation [m/s]
 };
 
-// Tip position by the manipulator's encoders at the time of a sample.
+// Tip position from the manipulator's encoders at the time of a sample.
 struct TipReading {
   Eigen::Vector3d p_S_tip{0, 0, 0};  // [m]
   // Number of the encoders' origin, see Manipulator::frame; nullopt: the sample does not show the
@@ -118,8 +118,8 @@ class SensingPipeline {
   [[nodiscard]] virtual std::string_view flag_reason() const = 0;
   // The contact that the master renders for a tip at p_S_tip [m] now, between samples too.
   virtual LocalModel LocalModelAt(const Eigen::Vector3d& p_S_tip) noexcept = 0;
-  // The surface around a tip at p_S_tip [m] and its compliance, without epoch and revision. False:
-  // this sensing has none. It may take milliseconds.
+  // Makes the patch of surface and compliance around a tip at p_S_tip [m], without epoch and
+  // revision. Returns false if this sensing has none. It may take milliseconds.
   virtual bool MakePatch(const Eigen::Vector3d& p_S_tip, SurfacePatch* patch) noexcept = 0;
   // Returns whether data learnt since the last MakePatch would change the patch perceptibly.
   [[nodiscard]] virtual bool HasOutgrownPatch() const noexcept = 0;
@@ -138,7 +138,7 @@ class SensingPipeline {
   // a stop.
   [[nodiscard]] virtual std::unique_ptr<PreparedModel> Prepare(const Scene& changed,
                                                                Progress* progress) const = 0;
-  // Puts it to work.
+  // Uses the prepared parts from now on.
   virtual void Adopt(std::unique_ptr<PreparedModel> prepared, const Scene& changed) = 0;
   // Clears the contact and measures the baseline again: nothing must be in contact. Between Acquire
   // and Process only.

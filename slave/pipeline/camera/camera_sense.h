@@ -60,7 +60,7 @@ class CameraSense final : public SensingPipeline {
   [[nodiscard]] bool IsRestartDue() const noexcept;
   // Measures the rest state in the last image.
   void Restart() noexcept;
-  // Throws as Estimator does.
+  // Throws the exceptions of Estimator.
   [[nodiscard]] std::shared_ptr<Estimator> MeasureRestState() const;
   void ReportTrouble(const std::string& trouble);
   // Returns the displacement field of the last estimate on the mesh of the outline.

@@ -19,7 +19,7 @@ constexpr double kFarSigmas = 3;
 // PuncturesAreReportedWithinAnImageAndTheForceIsZeroFromThere]
 constexpr double kIndentationKept = 0.7;
 // Sigma of the tip in an image without any edge [px].
-constexpr double kBlurMoves = 1;
+constexpr double kBlurSigma = 1;
 // Sigma of the tool's end in a template file [px]. [measured: 23 random set-ups by the page, rms
 // 0.11]
 constexpr double kAnchorSigma = 0.12;
@@ -238,7 +238,7 @@ Estimator::CompensatedTip Estimator::CompensateMotion() const noexcept {
   const ObjectSighting& object = edge_->sighting();
   // In a zoomed image the tool has another size than the template.
   const Eigen::Vector2d grown = std::expm1(object.motion.growth) * tip.lever;
-  const double blur = kBlurMoves * std::max(0.0, 1 - object.sharpness);
+  const double blur = kBlurSigma * std::max(0.0, 1 - object.sharpness);
   compensated.p_I = object.motion.Back(tip.p_I + grown);
   compensated.sigma = std::hypot(tip.sigma, object.sigma_px, blur);
   compensated.covariance += blur * blur * Eigen::Matrix2d::Identity() + object.motion_covariance;

@@ -40,7 +40,7 @@ struct StageHistograms {
   LatencyHistogram vision, checks, contact, mechanics, total;
 };
 
-// One thread at a time, except See.
+// Used by one thread at a time, except See.
 class Estimator {
  public:
   // `first`: an image of the object at rest. `p_S_tip_reported`: tip position from the encoders.
@@ -50,8 +50,8 @@ class Estimator {
             ObjectPlace place = ObjectPlace::kNearPose, Progress* progress = nullptr);
   ~Estimator();
 
-  // Tracks the tip in an image. Shares nothing with the functions below: other threads may call
-  // them meanwhile.
+  // Tracks the tip in an image. It shares no data with the functions below, so other threads may
+  // call them at the same time.
   [[nodiscard]] CameraObservation See(const Frame& frame) noexcept;
   // The contact in the image of `observation`. Never throws; unknown values are flagged. The
   // estimate is relative to the object at rest: `motion` is the object's motion.
@@ -93,7 +93,8 @@ class Estimator {
   [[nodiscard]] const SurfaceMotion& motion() const { return agreement_.motion(); }
   // Pose of the object as the last image shows it, X_SO: a motion of the camera moves it too.
   [[nodiscard]] Eigen::Isometry3d ApparentPose() const;
-  // For the last image; null: the scene tracks no contour, so nothing checks the tip.
+  // Returns the object's edge in the last image; null: the scene tracks no contour, so the tip is
+  // not checked with it.
   [[nodiscard]] const ObjectSighting* sighting() const {
     return edge_ ? &edge_->sighting() : nullptr;
   }

@@ -13,7 +13,7 @@
 
 namespace palpate {
 
-// One thread; allocation-free after the first expected indentation.
+// Used by one thread. Allocation-free after the first expected indentation.
 class IndentationForecast {
  public:
   // Passes to the monitor the expected motion of the outline per motion of the contact at `place`,

@@ -16,7 +16,7 @@
 
 namespace palpate {
 
-// One thread.
+// Used by one thread.
 class ObjectRegistrationMonitor {
   static constexpr int kUnknowns =
       6;  // shift x, y, rotation, growth, indentation x, y [px] [by definition]
@@ -32,7 +32,7 @@ class ObjectRegistrationMonitor {
   };
 
   // `rest_I`: the refined outline in `first`; X_SO: the object's registered pose. Points off the
-  // outline of `mesh` are not the object's and are left out.
+  // outline of `mesh` are ignored.
   ObjectRegistrationMonitor(const cv::Mat& first, CurveView rest_I, const CameraView& view,
                             const Eigen::Isometry3d& X_SO, const BoundaryMesh& mesh);
 

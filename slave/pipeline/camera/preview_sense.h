@@ -49,7 +49,7 @@ class PreviewSense final : public SensingPipeline {
     SenseInfo info;
     info.source = source_->description();
     info.samples = "images";
-    info.tells_force = false;
+    info.has_force_estimate = false;
     info.model.kind = "none";
     info.reason = "there is no scene yet";
     return info;

@@ -3,7 +3,7 @@
 //
 // Three conditions must hold. Overshoot: the tip is behind the rest surface at least by the depth
 // at which membranes break according to the scene. Velocity: the tool was moving in, or has not
-// retreated since; a retreating tool breaks nothing. Force residual: with a linear model the force
+// retreated since; a retreating tool cannot puncture. Force residual: with a linear model the force
 // is proportional to the indentation, so the measured indentation divided by the one expected for
 // the tip's position is the remaining share of the force.
 #pragma once
@@ -40,7 +40,7 @@ class PunctureCue {
   // Returns whether the indentation at `depth` [m] may have vanished, which requires a second
   // check.
   [[nodiscard]] bool IsArmed(double depth) const noexcept { return from_ > 0 && depth >= from_; }
-  // Once per image in contact. True: the membrane is punctured.
+  // Call it once per image in contact. Returns whether the membrane is punctured.
   [[nodiscard]] bool Broke(const Sample& look) noexcept {
     deepest_ = std::max(deepest_, look.depth);
     if (!look.indentation_known || look.expected_px < kMinIndentation) return false;

@@ -24,12 +24,12 @@ namespace palpate {
 
 class ToolWidth {
  public:
-  // Keeps a reference to the mesh.
+  // Stores a reference to the mesh.
   ToolWidth(const BoundaryMesh& mesh, const Scene& scene);
 
   struct Share {
     double factor = 1;  // factor on the patch's force and stiffness
-    double sigma = 0;   // remaining error, as share of the force [-]
+    double sigma = 0;   // remaining error, relative to the force [-]
   };
   // Queries the model for two contacts at `place` unless it is the last one. No allocation.
   Share At(const BoundaryPlace& place, DeformationModel* model) noexcept;
@@ -41,9 +41,10 @@ class ToolWidth {
   [[nodiscard]] Share Find(const BoundaryPlace& place, DeformationModel* model) const noexcept;
 
   const BoundaryMesh* mesh_;
-  double width_;         // width of the tool [m]; 0: no correction
-  double ends_;          // a above
-  double support_;       // ln of the held length by that of the scene's arcs; 0: no arcs
+  double width_;  // width of the tool [m]; 0: no correction
+  double ends_;   // a above
+  // Ln of the ratio of the supported length to that of the scene's arcs; 0: no arcs.
+  double support_;
   BoundaryPlace place_;  // element of the last result; -1: none
   Share last_;
 };

@@ -21,7 +21,8 @@ namespace palpate {
 
 // The part that SetModel replaces as a whole. One thread at a time; frame O.
 struct TouchModel final : PreparedModel {
-  // `found_outline`: in the image, for `contour: from-image`, else null. Throws like MakeModel.
+  // `found_outline`: in the image, for `contour: from-image`, else null. Throws the exceptions of
+  // MakeModel.
   TouchModel(const Scene& scene, std::shared_ptr<const Outline> found_outline, Progress* progress);
   // Uses a mesh whose model may exist already.
   TouchModel(const Scene& scene, BoundaryMesh outline, std::unique_ptr<DeformationModel> model,
@@ -34,7 +35,7 @@ struct TouchModel final : PreparedModel {
   struct ToolMotion {
     Eigen::Vector3d displacement_O{0, 0, 0}, rolled_O{0, 0, 0};
   };
-  // The contact of the tool at `place`.
+  // Computes the contact of the tool at `place`.
   [[nodiscard]] ContactResponse Respond(const BoundaryPlace& place,
                                         const ToolMotion& motion) noexcept {
     return Solve(place, motion, &asked_);
@@ -57,8 +58,8 @@ struct TouchModel final : PreparedModel {
   [[nodiscard]] double SecantPart(const ContactResponse& response,
                                   const BoundaryPlace& place) const noexcept;
 
-  // Standard deviation of the force of the last Press, as share of it, by whole elements in the
-  // contact of a round tool; 0 for a flat one [-].
+  // Returns the relative standard deviation of the last Press's force caused by whole elements in
+  // the contact of a round tool; 0 for a flat one [-].
   [[nodiscard]] double RoundSigma() const noexcept;
 
   // True for `extruded`, whose places take tenths of a second each: a distant tip uses the last
@@ -80,7 +81,8 @@ struct TouchModel final : PreparedModel {
   std::unique_ptr<BoundaryContact> contact;
   std::unique_ptr<BoundaryContact> probe;  // finds the place below any tool
   std::vector<std::uint32_t> held;         // vertices of the outline
-  // Along the normal, nearest to the tool's home [N/m]; 0: no place is prepared.
+  // Stiffness along the normal at the place nearest to the tool's home [N/m]; 0: no place is
+  // prepared.
   double stiffness_at_home = 0;
 
  private:

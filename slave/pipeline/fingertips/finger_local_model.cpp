@@ -116,14 +116,15 @@ void FingerLocalModel::Size(const Matrix3d& K_S, const std::optional<MeasuredFor
 void FingerLocalModel::Learn(const MeasuredForce& measured, const Vector3d& n_S,
                              double modelled) noexcept {
   const RatioSample sample = CompareForces(measured.force_S.dot(n_S), measured.sigma, modelled);
-  if (!sample.tells || !(depth_ > kTellingDepth * full_depth_)) return;
+  if (!sample.is_informative || !(depth_ > kInformativeDepth * full_depth_)) return;
   scale_.Learn(depth_, sample);
 }
 
 void FingerLocalModel::LearnLean(const MeasuredForce& measured, const Vector3d& f_S,
                                  const Matrix3d& R_SO, const Vector3d& n_S) noexcept {
   const double along = n_S.dot(measured.force_S);
-  if (!(along > kSignificant * measured.sigma) || !(depth_ > kTellingDepth * full_depth_)) return;
+  if (!(along > kSignificant * measured.sigma) || !(depth_ > kInformativeDepth * full_depth_))
+    return;
   const Vector3d missing = (measured.force_S - f_S) / along;
   const double share = std::min(1.0, depth_ / full_depth_);
   lean_O_ += share * lean_rate_ * (R_SO.transpose() * (missing - n_S.dot(missing) * n_S));

@@ -90,7 +90,7 @@ class FingerLocalModel {
   double depth_ = 0, modelled_ = 0;
   StiffnessScale scale_;
   double lean_rate_;                      // of learning, per sample [-]
-  Eigen::Vector3d lean_O_{0, 0, 0};       // across the normal, by the normal force [-]
+  Eigen::Vector3d lean_O_{0, 0, 0};       // tangential force relative to the normal force [-]
   Eigen::Vector3d sent_lean_O_{0, 0, 0};  // of the last patch
 };
 

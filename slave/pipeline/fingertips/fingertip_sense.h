@@ -15,7 +15,8 @@ namespace palpate {
 class FingertipSense final : public SensingPipeline {
  public:
   // Loads the network, precomputes the object's model, opens the source; the first samples are the
-  // baseline; until they have arrived the force is unknown. Throws as MakeSensingPipeline does.
+  // baseline; until they have arrived the force is unknown. Throws the exceptions of
+  // MakeSensingPipeline.
   FingertipSense(const Scene& scene, const SenseInputs& inputs);
   // Creates it with another source and other senses than the scene's.
   FingertipSense(const Scene& scene, std::unique_ptr<TactileSource> source, TactileSenses senses);

@@ -51,9 +51,9 @@ struct TactileTimes {
   LatencyHistogram checks;     // and repair of the signals, all fingertips
 };
 
-// One thread at a time. The force is the network's, in contact or not. The object's model computes
-// its deformation under the forces of all fingertips in contact, and its stiffness for the local
-// contact model.
+// Used by one thread at a time. The force is the network's, in contact or not. The object's model
+// computes its deformation under the forces of all fingertips in contact, and its stiffness for the
+// local contact model.
 class TactileEstimator {
  public:
   // Throws the exceptions of LoadSenses and MakeTactileBody.
@@ -75,7 +75,7 @@ class TactileEstimator {
   void LearnLaw(PatchLaw* law) noexcept {
     if (body() != nullptr) local_touch_->LearnLaw(*body(), law);
   }
-  // Precomputes a replacement; may be called from another thread. Null: nothing deforms here.
+  // Precomputes a replacement; may be called from another thread. Null: no deformable object.
   [[nodiscard]] static std::unique_ptr<TactileBody> Prepare(const Scene& scene,
                                                             Progress* progress = nullptr);
   // Activates it: the object is at rest again, and the next sample finds its contacts again.
@@ -125,7 +125,7 @@ class TactileEstimator {
   void EstimateTool(const TactileFrame& frame, const Eigen::Vector3d& p_S_tip) noexcept;
   void UpdateLocalModel() noexcept;
   void EstimateMoment() noexcept;
-  // Pose of the first fingertip if its tip were at p_S_tip [m]; nullopt: nothing is rendered.
+  // Pose of the first fingertip if its tip were at p_S_tip [m]; nullopt: no force is rendered.
   [[nodiscard]] std::optional<Eigen::Isometry3d> PoseAt(const Eigen::Vector3d& p_S_tip) const;
 
   Tactile tactile_;  // of the scene

@@ -40,7 +40,7 @@ class TouchedObject {
   }
   // Loads on the object since the last sample: contacts and the model's responses, per fingertip.
   [[nodiscard]] std::span<const Contact> contacts() const { return contacts_; }
-  // The model's response under fingertip `i`; null: it loads nothing.
+  // Returns the model's response under fingertip `i`; null: no load.
   [[nodiscard]] const ContactResponse* ResponseOf(std::size_t i) const noexcept;
   // State of the deformation.
   [[nodiscard]] Validity validity() const { return validity_; }

@@ -22,8 +22,8 @@ class LoadIdentifier : public PreparedModel {
   LoadIdentifier(const LoadIdentifier&) = delete;
   LoadIdentifier& operator=(const LoadIdentifier&) = delete;
   // Never throws; allocation-free after the first call with as many points, for large volumes once
-  // the nodes around the load are known. Points in frame O. If nothing exceeds the noise: force 0
-  // with its sigma, kValid.
+  // the nodes around the load are known. Points in frame O. If no load exceeds the noise, the force
+  // is 0 with its sigma, kValid.
   virtual SurfaceLoad Fit(const std::vector<SurfacePoint>& points_O) noexcept = 0;
   // Normal stiffness at the surface point p_O [N/m] and force [N] of the scene's tool at
   // indentation `depth` [m], according to the model, for the local contact model. Never throws.

@@ -8,8 +8,8 @@
 namespace palpate {
 
 struct PlateLimits {
-  // Points that are used as they are; beyond, at most so many [-]. [tuned: surface_estimator_test,
-  // a force from 1681 points]
+  // Largest number of points; of more points, this number at equal steps is used [-]. [tuned:
+  // surface_estimator_test, a force from 1681 points]
   static constexpr std::size_t kMaxPoints = 128;
   // Points of a motion or an outlier [-]. [derived: four of a load, and one to spare]
   static constexpr int kMinPoints = 5;
@@ -18,7 +18,8 @@ struct PlateLimits {
   // surface_flags_test, dots out of place]
   static constexpr int kSoftRounds = 6;
   static constexpr double kSoft = 2;  // [sigma] [tuned: surface_flags_test, dots out of place]
-  // The model's own error by the largest deflection [-]. [derived: that of the check of the fit]
+  // Error of the model relative to the largest deflection [-]. [derived: that of the check of the
+  // fit]
   static constexpr double kModelError = LoadLimits::kModelError;
   // Solutions of the plate for fits with the same rim [-]. [recorded: a compensated rig needs up to
   // 650, a moved rim 1000; points of a mirrored image took seconds] [tuned:
@@ -29,8 +30,8 @@ struct PlateLimits {
   // [-]; and found if the residual falls to this share [-]. [tuned: surface_flags_test, a moved
   // rim, a bumped rig]
   static constexpr double kManyLeftOut = 0.15, kPoorFit = 2, kClearlyBetter = 0.7;
-  // Share of the depth that is the model's error in a motion of the rim, or by which a contact
-  // moves and draws together its points along the plate [-]. [tuned: surface_flags_test, a moved
+  // Model error of a rim motion relative to the depth, and shift and contraction of the points
+  // along the plate by a contact relative to the depth [-]. [tuned: surface_flags_test, a moved
   // rim, a bumped rig, points that move apart]
   static constexpr double kRimShare = 0.02, kSidewaysShare = 0.1, kGrowthShare = 0.03;
   // Compensated rigid motion of rig or membrane [m]: along the plate, normal to it, and at the rim
@@ -40,17 +41,16 @@ struct PlateLimits {
   // rest, 10 px: 2.3 % rms]
   static constexpr int kRestFrames = 5, kMaxRestFrames = 100;
 
-  // Uncertainty.
-  // Error of the plate's shape around a load by the depth [-]. [tuned:
+  // Uncertainty. Error of the plate's shape around a load, divided by the depth [-]. [tuned:
   // AnIndentationOfAnotherTensionIsFlaggedOrItsSigmaTellsIt]
   static constexpr double kLawsShape = 0.9e-3;
-  // Share of the scatter without contact, from image to image [-]. [derived: the mean of about ten
+  // Weight of a new image in the scatter without contact [-]. [derived: the mean of about ten
   // images]
   static constexpr double kForgetsRest = 0.1;
-  // Number of points that has the same weight as the reported sigmas, and number of points with a
-  // common error if errors exceed the noise [-]. [recorded: 79.6 and 96.6 % of fifty random presses
-  // within one and two sigma]
-  static constexpr double kStated = 20, kTogether = 4;
+  // In the scatter of the points the reported sigmas count as kReportedWeight points. Errors beyond
+  // the noise are common to kPointsPerError points [-]. [recorded: 79.6 and 96.6 % of fifty random
+  // presses within one and two sigma]
+  static constexpr double kReportedWeight = 20, kPointsPerError = 4;
 };
 
 }  // namespace palpate

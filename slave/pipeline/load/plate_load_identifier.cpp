@@ -122,9 +122,9 @@ double PlateLoadIdentifier::ScatterOf(const FitSample& sample) noexcept {
   const double rest = sample.rest_residual;
   const double at_rest = by_noise_alone && rest > 0 ? std::min(1.0, rest * rest) : 1;
   const double freedom = std::max(1, sample.freedom);
-  const double stated = residual < 1 ? PlateLimits::kStated : 0;
+  const double stated = residual < 1 ? PlateLimits::kReportedWeight : 0;
   const double noise = sample.NoiseShare();
-  const double seen = residual * residual * (noise + (1 - noise) * PlateLimits::kTogether);
+  const double seen = residual * residual * (noise + (1 - noise) * PlateLimits::kPointsPerError);
   return std::sqrt((stated * at_rest + freedom * seen) / (stated + freedom));
 }
 

@@ -17,17 +17,17 @@
 
 namespace palpate {
 
-// A plate at `more` tension at rest than another one [N/m]; nullptr: there is none.
+// The same plate with a larger tension at rest, by `more` [N/m]. nullptr: there is none.
 struct TighterPlate {
   PlateSurface* plate = nullptr;
   double more = 0;
 };
 
-// One thread; allocation-free after the first call with as many points.
+// Used by one thread. Allocation-free after the first call with as many points.
 class RobustPlateFit {
  public:
-  // Keeps references to the plates; see LoadFitter. `tighter`: the result states how much of that
-  // tension fits the points.
+  // Stores references to the plates; see LoadFitter. `tighter`: the same plate with more tension;
+  // the result states which part of the additional tension fits the points.
   RobustPlateFit(PlateSurface& plate, const PlateSurface::Tool& tool, PlateSurface* finer = nullptr,
                  TighterPlate tighter = {});
 
@@ -64,7 +64,7 @@ class RobustPlateFit {
     Eigen::Vector3d moved{0, 0, 0};     // since [m]
     double sigma = 1, sigma_along = 0;  // along z, along the plate [m]
     double offset = 0, residual = 0;    // of a moved rim, of the fit, along z [m]
-    double weight = 0;                  // of the squared residual, square root
+    double weight = 0;                  // square root of the weight of the squared residual
     bool usable = false, kept = false;
   };
   PlateSurface& plate_;
@@ -80,9 +80,9 @@ class RobustPlateFit {
   // a part of the force.
   Eigen::Vector3d rim_motion_{0, 0, 0};
   int rest_frames_ = 0;    // number of such images
-  bool used_rim_ = false;  // the last fit held the rim there
+  bool used_rim_ = false;  // whether the last fit kept the rim there
   double deepest_ = 0;     // of the fitted points [m]
-  double scatter_ = 1;     // of the residuals by sigma
+  double scatter_ = 1;     // scatter of residuals / sigma
   std::vector<Eigen::Vector2d> places_;
   std::vector<double> displacements_, sigmas_, sorted_;
 };

@@ -73,7 +73,7 @@ struct TriangleLoad {
 // Least squares in all three components of all points. Frame O.
 class TriangleSearch {
  public:
-  // Keeps a reference to `surface`. `load`, `patch`: see PointGreens.
+  // Stores a reference to `surface`. `load`, `patch`: see PointGreens.
   TriangleSearch(const SurfaceMesh& surface, double load, double patch);
 
   // Sets the points for the calls below. New ones are not usable before they are solved, see

@@ -54,7 +54,7 @@ StiffnessScale::Values StiffnessScale::Weights(double depth) const noexcept {
 }
 
 void StiffnessScale::Learn(double depth, const RatioSample& sample) noexcept {
-  if (!sample.tells || !std::isfinite(depth) || !std::isfinite(sample.error)) return;
+  if (!sample.is_informative || !std::isfinite(depth) || !std::isfinite(sample.error)) return;
   const Values weights = Weights(depth);
   const Values mixed = covariance_ * weights;
   const double variance = weights.dot(mixed);

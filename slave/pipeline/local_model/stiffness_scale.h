@@ -7,27 +7,27 @@ namespace palpate {
 
 // Smallest informative depth, relative to the full depth [-]. [tuned:
 // FlaggedAndStrangeLoadsTeachNothing]
-inline constexpr double kTellingDepth = 0.1;
+inline constexpr double kInformativeDepth = 0.1;
 
 // Information of one sample about the ratio estimated / modelled [-].
 struct RatioSample {
   double ratio = 1;  // limited to 0.25 to 4, because other values indicate a wrong model or pose
   double error = 0;  // three standard deviations of the estimated force, relative to that force
-  bool tells = false;
+  bool is_informative = false;
 };
 
 // `sensed`, `modelled`: magnitudes of the force [N]; `sigma` of the estimated one. Only finite
 // forces above zero count.
 RatioSample CompareForces(double sensed, double sigma, double modelled) noexcept;
 
-// Step towards the value of one sample, at `rate` samples per second, so that 1 / e of the
-// difference is left after `time` [s].
+// Returns the weight of one sample, at `rate` samples per second, so that 1 / e of a difference
+// remains after `time` [s].
 double LearningRate(double time, double rate);
 
 // The ratio as a function of depth, for models that stiffen too much or too little. Values at
 // depths 0 to full_depth, linear between and constant beyond, by a Kalman filter: neighbours are
-// assumed alike until they are measured, a sample has less weight the larger its error, never more
-// than `learning_rate`, and old samples have less weight.
+// assumed equal until they are measured, the weight of a sample decreases with its error and is at
+// most `learning_rate`, and old samples have less weight.
 class StiffnessScale {
  public:
   // `full_depth` [m] > 0; `learning_rate` in (0, 1]; `spread` > 0: initial standard deviation of

@@ -1,5 +1,5 @@
-// Consistency of camera and encoders: their difference changes slowly, whatever the registration of
-// the two.
+// Consistency of camera and encoders: their difference changes slowly, independent of their
+// registration.
 #pragma once
 
 #include <optional>
@@ -16,8 +16,8 @@ struct EncoderReading {
 
 class ArmConsistencyCheck {
  public:
-  // For one image, S [m]. `tolerance` [m]: of the measured tip; motion of the manipulator within
-  // the lag is allowed in addition.
+  // Returns whether both positions of one image agree, S [m]. `tolerance` [m]: error of the
+  // measured tip; motion of the manipulator within the lag is allowed in addition.
   bool Agree(const Eigen::Vector3d& p_S_seen, const EncoderReading& reported,
              double tolerance) noexcept {
     const Eigen::Vector3d offset = p_S_seen - reported.p_S_tip;
@@ -44,9 +44,9 @@ class ArmConsistencyCheck {
   }
 
  private:
-  // Share of the offset, per image. [-] [tuned: ImagesThatAreOneLatePartByAStepThoughBothAgree]
+  // Weight of one image in the offset. [-] [tuned: ImagesThatAreOneLatePartByAStepThoughBothAgree]
   static constexpr double kFollow = 0.03;
-  // Lest a lag be taken for registration. [-] [tuned:
+  // Weight of one image in the slow offset, which must not follow a lag. [-] [tuned:
   // ImagesThatAreOneLatePartByAStepThoughBothAgree]
   static constexpr double kFollowSlowly = kFollow / 4;
   std::optional<Eigen::Vector3d> offset_;

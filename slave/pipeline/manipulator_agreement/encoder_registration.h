@@ -19,8 +19,8 @@ namespace palpate {
 // allocation-free.
 class EncoderRegistration {
  public:
-  // One image [m]. `sigma`: of the measured tip, per axis. An innovation beyond the gate changes
-  // nothing.
+  // Adds one image [m]. `sigma`: of the measured tip, per axis. An innovation beyond the gate is
+  // ignored.
   void Update(const Eigen::Vector3d& p_S_seen, const EncoderReading& encoder,
               double sigma) noexcept {
     if (!origin_) Begin(p_S_seen, encoder);
@@ -56,7 +56,7 @@ class EncoderRegistration {
   // Drift of the offset per image, of the tip's sigma [-]. [tuned: late]
   static constexpr double kDrift = 0.01;
   // Scale error of encoders, prior sigma [-]. [tuned:
-  // ABumpIsTheCamerasAndAShiftTheObjectsWhateverTheTipDoesThen]
+  // DistinguishesCameraBumpsFromObjectShifts]
   static constexpr double kScaleSigma = 0.05;
   static constexpr double kAnyOffset = 1;  // prior sigma [m]
 

@@ -68,7 +68,7 @@ class ManipulatorAgreement {
     if (size > noise) unexplained = (1 - noise / size) * deviation;
     return unexplained;
   }
-  // Motion of the object; zero if the camera moves, or if nothing is decided.
+  // Returns the motion of the object; zero if the camera moves or it is undecided.
   [[nodiscard]] const SurfaceMotion& motion() const { return motion_; }
   void Reset() noexcept { *this = {}; }
   // Restarts the registrations after a change of the encoders' origin.
@@ -81,7 +81,7 @@ class ManipulatorAgreement {
   // Log-likelihood ratio at which a hypothesis is accepted: ln 10^4 [-]. [by definition]
   static constexpr double kDecisionRatio = 9.2;
   // Largest part of it that one image contributes: three images must agree [-]. [tuned:
-  // ABumpIsTheCamerasAndAShiftTheObjectsWhateverTheTipDoesThen]
+  // DistinguishesCameraBumpsFromObjectShifts]
   static constexpr double kMaxPerImage = kDecisionRatio / 3;
 
   // Largest deviation that image noise explains [sigma]. [tuned: late]

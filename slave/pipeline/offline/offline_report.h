@@ -53,7 +53,7 @@ struct ErrorBudget {
 // Samples in contact are those in which truth or estimate exceed 1 % of the true peak. Unknown
 // forces cannot be compared.
 ErrorBudget BudgetOf(const std::vector<ComparedForces>& compared);
-// The entry of summary.json; null where nothing in contact was compared. `samples`: the name of the
+// The entry of summary.json; null if no sample in contact was compared. `samples`: the name of the
 // key that counts them, contact_`samples`.
 nlohmann::ordered_json ToJson(const ErrorBudget& budget, const std::string& samples);
 
@@ -77,7 +77,7 @@ struct StateRow {
 StateRow RowOf(const ContactEstimate& estimate, Time start,
                const std::optional<Eigen::Vector3d>& true_force);
 
-// Rows are flushed one by one, so that the file stays readable whatever happens.
+// Rows are flushed one by one, so that the file remains readable after a crash.
 class StatesFile {
  public:
   // Creates `folder` if missing and FOLDER/states.csv in it, and removes an older summary.json.

@@ -146,15 +146,15 @@ class PointsOfflineReport final : public OfflineReport {
   std::vector<StateRow> Add(Time start, const Truth* truth) override {
     const SurfaceObservation& seen = sense_.observation();
     const ContactEstimate& estimate = sense_.estimate();
-    const bool tells_force = sense_.estimator() != nullptr;
+    const bool has_force_estimate = sense_.estimator() != nullptr;
     if (truth != nullptr) comparison_->Add(&sense_, *truth, &compared_);
     if (!sense_.why().empty()) ++reasons_[std::string(sense_.why())];
     tally_.Add(seen.points, !sense_.takes_rest());
     if (points_) points_->Write(SecondsBetween(start, estimate.sensed_at), seen);
-    const bool knows_force = truth != nullptr && tells_force && truth->solved;
+    const bool knows_force = truth != nullptr && has_force_estimate && truth->solved;
     StateRow row = RowOf(estimate, start, knows_force ? std::optional(truth->force) : std::nullopt);
-    if (truth == nullptr && tells_force) row.p_S_tip = kUnknownVector;
-    was_placed_ |= tells_force ? estimate.force.has_value() : seen.found;
+    if (truth == nullptr && has_force_estimate) row.p_S_tip = kUnknownVector;
+    was_placed_ |= has_force_estimate ? estimate.force.has_value() : seen.found;
     if (!was_placed_) row.p_S_contact = kUnknownVector;
     return {row};
   }

@@ -1,4 +1,4 @@
-// The tracked points and the estimated load, drawn into the left image for people.
+// Draws the tracked points and the estimated load into the left image for display.
 #pragma once
 
 #include <optional>
@@ -29,10 +29,10 @@ PointsOverlay MakePointsOverlay(const SurfacePointTracker& tracker, const Surfac
 
 // `image` unchanged; depth (16 bit) stretched to 8-bit grey, black without a measurement.
 cv::Mat AsImage(const cv::Mat& image);
-// A copy of AsImage(`image`) in colour with the points, the position of the load and its force as
-// a number. The force is also drawn relative to `full_scale` (the largest force that the device can
-// render, at the tool [N]) as an arrow and as a ring, because most of it points away from the
-// cameras; thin rings and marks across the arrow are one standard deviation apart from it.
+// Returns a copy of AsImage(`image`) in colour with the points, the position of the load and its
+// force as a number. The force is also drawn relative to `full_scale` (the largest force that the
+// device can render, at the tool [N]) as an arrow and as a ring, because most of it points away
+// from the cameras; thin rings and marks across the arrow are one standard deviation apart from it.
 cv::Mat DrawPoints(const cv::Mat& image, const PointsOverlay& overlay, double full_scale);
 
 }  // namespace palpate

@@ -15,7 +15,7 @@
 
 namespace palpate {
 
-// Errors of the measured points against the positions that a simulator knows.
+// Errors of the measured points relative to the simulator's true positions.
 class ErrorOfPoints {
  public:
   // `error`: measured minus true, of one point in one pair [m].

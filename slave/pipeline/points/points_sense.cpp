@@ -191,7 +191,7 @@ SenseInfo PointsSense::info() const {
   SenseInfo info;
   info.source = source_->description();
   info.samples = "pairs";
-  info.tells_force = estimator_ != nullptr;
+  info.has_force_estimate = estimator_ != nullptr;
   info.model.kind = "none";
   if (estimator_) info.model = estimator_->body().info();
   info.reason = estimator_ ? ChooseModel(scene_).reason

@@ -27,7 +27,7 @@ bool EstimatesForce(const Scene& scene);
 class PointsSense final : public SensingPipeline {
  public:
   // Opens the source, precomputes the model; the first pairs are the baseline; until it is known
-  // the force is unknown. Throws as MakeSensingPipeline does.
+  // the force is unknown. Throws the exceptions of MakeSensingPipeline.
   PointsSense(const Scene& scene, const SenseInputs& inputs);
   // Creates it with another source than the scene's.
   PointsSense(const Scene& scene, std::unique_ptr<StereoSource> source);
@@ -53,7 +53,7 @@ class PointsSense final : public SensingPipeline {
   [[nodiscard]] std::string_view flag_reason() const override {
     return estimate_->validity == Validity::kExtrapolated ? why() : std::string_view();
   }
-  // The left image.
+  // Returns the left image.
   [[nodiscard]] std::optional<OverlaidImage> Image(double full_scale) const override;
   [[nodiscard]] std::unique_ptr<PreparedModel> Prepare(const Scene& changed,
                                                        Progress* progress) const override {

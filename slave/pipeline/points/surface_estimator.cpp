@@ -35,7 +35,7 @@ SurfaceEstimator::SurfaceEstimator(const Scene& scene)
     : X_SO_(scene.object.X_SO),
       X_OS_(X_SO_.inverse()),
       full_depth_(scene.operator_options.press_depth),
-      min_informative_depth_(kTellingDepth * scene.operator_options.press_depth),
+      min_informative_depth_(kInformativeDepth * scene.operator_options.press_depth),
       stiffness_scale_(scene.operator_options.press_depth,
                        LearningRate(kLearningTime, SensorRate(scene.sense)), kSpread) {
   Adopt(MakeLoadIdentifier(scene), scene);

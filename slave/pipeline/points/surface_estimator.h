@@ -25,7 +25,7 @@
 
 namespace palpate {
 
-// One thread at a time.
+// Used by one thread at a time.
 class SurfaceEstimator {
  public:
   explicit SurfaceEstimator(const Scene& scene);

@@ -25,7 +25,7 @@ class SurfacePointTracker {
   SurfacePointTracker& operator=(const SurfacePointTracker&) = delete;
   // Never throws; allocation-free after the first images. Valid until the next call.
   virtual const SurfaceObservation& Process(const StereoPair& pair) noexcept = 0;
-  // Measures the rest shape again: nothing must touch the object.
+  // Measures the rest shape again; the object must not be in contact.
   virtual void Reset();
   [[nodiscard]] virtual bool at_rest_known() const = 0;
   // Position of point `i` of the last observation in the left image [px]; not finite: not visible.

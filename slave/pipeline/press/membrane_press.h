@@ -29,7 +29,7 @@ class PatchCompliance {
 
   // nodes x nodes [m/N]: column j by a patch at node j, zero at fixed nodes.
   [[nodiscard]] const Eigen::MatrixXd& by_patch() const { return by_patch_; }
-  // The newton of a patch at `node`, distributed to the nodes under it; sums to one.
+  // A unit force (1 N) on the patch at `node`, distributed to the nodes under it.
   struct Share {
     int node = 0;
     double share = 0;
@@ -37,7 +37,8 @@ class PatchCompliance {
   [[nodiscard]] const std::vector<Share>& shares(int node) const {
     return shares_[static_cast<std::size_t>(node)];
   }
-  // Mean inward displacement of a patch there under its own newton [m/N]; `triangle`: its nodes.
+  // Returns the mean inward displacement of a patch there under a force of 1 N [m/N]; `triangle`:
+  // its nodes.
   [[nodiscard]] double At(const std::array<int, 3>& triangle,
                           const Eigen::Vector3d& weights) const noexcept;
 
@@ -61,7 +62,7 @@ class MembranePress {
     double sigma_force = 0;        // [N]
     double sigma_place = 0;        // the larger of the two along the surface [m]
     double sigma = 0;              // of a point's deflection, with the model error [m]
-    double residual = 0;           // rms of (measured - fitted) by that sigma [-]
+    double residual = 0;           // rms of (measured - fitted) / sigma [-]
   };
   // Precomputes the membrane's compliance: O(nodes^2). Throws std::invalid_argument naming the
   // parameter.

@@ -39,8 +39,9 @@ class DiscMesh {
   static constexpr int kElementColumns = (kAcross + 1) * (kAcross + 1);
 
   struct Size {
-    int inner_rings = 0, outer_rings = 0;  // sizes of elements, below the tool and beside it
-    int rays = 0;                          // elements in the sector's angle
+    // Number of rings of elements below the tool and outside it.
+    int inner_rings = 0, outer_rings = 0;
+    int rays = 0;  // elements in the sector's angle
     int layers = 0;
   };
   // All in the unit of `circles`; the plate reaches from -thickness / 2 to thickness / 2.
@@ -94,7 +95,7 @@ class NeoHookeanDisc {
  public:
   using Matrix = NeoHookeanBody::Matrix;
 
-  // Keeps a reference to the mesh. -1 < nu < 0.5; `tension` at rest in the plate's plane, >= 0.
+  // Stores a reference to the mesh. -1 < nu < 0.5; `tension` at rest in the plate's plane, >= 0.
   NeoHookeanDisc(const DiscMesh& mesh, double nu, double tension = 0);
 
   // Unknowns: column by column of the mesh, upward, x, y, z.

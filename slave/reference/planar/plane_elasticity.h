@@ -46,7 +46,7 @@ using Fields = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowM
 
 struct ElasticSolution {
   Fields displacement;  // nodes x 2 cases
-  Fields reaction;      // nodes x 2 cases: force on the body; zero where nothing is prescribed
+  Fields reaction;      // nodes x 2 cases: force on the body; zero at free nodes
 };
 
 // `values`: nodes x 2 cases, read where `prescribed`. At least three degrees of freedom must be

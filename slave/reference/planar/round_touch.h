@@ -31,7 +31,7 @@ PatchSolution SolveUnderRound(const TrueBody& body, double poisson_ratio, Plane 
 // about its midpoint. Both results have 2 entries (x, y) per node, O.
 struct RoundState {
   Eigen::VectorXd displacement;  // [m]
-  Eigen::VectorXd force;         // of the tool on the body / (E t) [m]; zero where nothing touches
+  Eigen::VectorXd force;         // of the tool on the body / (E t) [m]; zero without contact
   [[nodiscard]] Eigen::Vector2d total() const {
     return force.reshaped(2, force.size() / 2).rowwise().sum();
   }

@@ -24,7 +24,7 @@ struct ElementShape {
   Eigen::VectorXd weights;    // per point
 };
 
-// An element at its position at rest.
+// An element in its rest position.
 struct PlacedElement {
   // `places`: dims x nodes. Throws std::invalid_argument: a point of the rule has no volume.
   PlacedElement(const ElementShape& shape, const Eigen::MatrixXd& places, std::vector<int> numbers);

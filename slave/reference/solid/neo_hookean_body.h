@@ -1,7 +1,8 @@
 // Elastic forces and stiffness of neo-Hookean rubber divided into elements of any shape.
 //
-// Nondimensional: stresses by E, lengths as the elements. Total Lagrangian; only displacements are
-// unknowns, because quadratic and cubic elements do not lock. Const members are thread-safe.
+// Nondimensional: stresses are divided by E; lengths are in the unit of the elements. Total
+// Lagrangian; only displacements are unknowns, because quadratic and cubic elements do not lock.
+// Const members are thread-safe.
 #pragma once
 
 #include <vector>

@@ -59,9 +59,9 @@ struct RejectedModel {
 };
 // The decision of `kind: auto`. An empty reason means that there is none.
 struct ModelDecision {
-  std::string reason;                   // one sentence: the model, the reason and its figures
-  bool meets = false;                   // meets tolerance and rate within the model's range
-  double error = 0;                     // error of the contact force, relative [-]
+  std::string reason;  // one sentence: the model, the reason and its figures
+  bool meets = false;  // whether it meets tolerance and rate within the model's range
+  double error = 0;    // error of the contact force, relative [-]
   std::vector<RejectedModel> rejected;  // nearest first
   double bound = 0;                     // of the error at nine of ten of all places [-]
   double update = 0;                    // slowest percent of the updates [s]

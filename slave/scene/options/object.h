@@ -108,7 +108,7 @@ struct Fixed {
   std::array<bool, 3> components{true, true, true};  // fixed components x, y, z
 };
 
-// A part of a volume with a modulus of its own. Frame O, boundary included.
+// A part of a volume with another modulus. Frame O, boundary included.
 struct Ball {
   Eigen::Vector3d centre{0, 0, 0};
   double radius = 0;
@@ -133,7 +133,7 @@ struct Object {
 bool IsHeld(const Object& object);
 // The elastic object that a relaxing one becomes in the end: smaller moduli.
 Object Relaxed(Object object);
-// Young's modulus at a point, frame O, by that of the body [-].
+// Young's modulus at a point, frame O, divided by that of the body [-].
 double RelativeModulus(const Object& object, const Eigen::Vector3d& p_O);
 
 // --- tool
@@ -150,7 +150,7 @@ struct Tool {
   // Extent through the thickness of a planar object [m]; infinite: through all of it; nullopt: the
   // scene does not state it.
   std::optional<double> depth{};
-  // From the front face of a planar object to the tool [m]; nullopt: it is in the middle.
+  // From the front face of a planar object to the tool [m]; nullopt: it is at the centre.
   std::optional<double> behind{};
   // For a flat tool on a membrane: true: a uniform pressure; false: a rigid face, which is not
   // glued and does not tilt.

@@ -44,7 +44,7 @@ class Acceptor {
     std::uint64_t accepted = 0, open = 0;
     std::array<std::uint64_t, kTurnedAwayNames.size()> turned_away{};
   };
-  // Takes over a connection: open, non-blocking. Called from the acceptor's thread.
+  // Receives ownership of an open, non-blocking connection. Called from the acceptor's thread.
   using HandOn = std::function<void(int fd)>;
 
   // Listens on all addresses that the host has on this machine, at one port. Throws
@@ -69,7 +69,7 @@ class Acceptor {
     int fd;  // a duplicate: the number of the original may be used again
     std::string peer;
     bool has_stream = false;  // a connection without stream is closed if the limit is reached
-    double rate = 0;          // of its own [bytes/s]
+    double rate = 0;          // individual rate [bytes/s]
     std::function<bool()> trusted = {};
     std::uint64_t received = 0;  // [bytes] at the last count
     double own = 0;              // amount that it may still send at its own rate [bytes]

@@ -19,14 +19,15 @@ class Embryo {
   Embryo(const EmbryoSite& options, std::uint32_t seed, double radius,
          const Eigen::Vector2d& direction_O);
 
-  // The membrane's force in parts of the linear one, `depth` [m]:
+  // Returns the membrane's force divided by the linear one at `depth` [m]:
   //
   //   1                                    up to the depth d0 = linear_to
   //   1 + stiffening (depth / d0 - 1)^2    beyond
   //
-  // Linear to about 100 um: paper A, 4.2, after Kim et al. 2006; how it goes on is assumed.
+  // Linear to about 100 um: paper A, 4.2, after Kim et al. 2006; the behaviour beyond is an
+  // assumption.
   [[nodiscard]] double Stiffening(double depth) const noexcept;
-  // At which the membrane breaks in the insertion of this number, from 0 [m].
+  // Returns the depth at which the membrane breaks in the insertion with this number, from 0 [m].
   [[nodiscard]] double PunctureDepth(int insertion) const noexcept;
   // Target of the pipette, frame O [m].
   [[nodiscard]] const Eigen::Vector2d& target_O() const { return target_O_; }

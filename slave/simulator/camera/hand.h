@@ -18,12 +18,12 @@ class Hand {
  public:
   Hand(const SiteOptions::Hand& options, std::uint32_t seed);
 
-  // At `t` [s].
+  // Tilt of the tool, and displacement of its tip, at `t` [s].
   [[nodiscard]] double Tilt(double t) const noexcept;             // counter-clockwise in S [rad]
   [[nodiscard]] Eigen::Vector3d Offset(double t) const noexcept;  // of the tip, S [m]
-  // From the raster of images, in parts of their interval.
+  // Delay of the image of time `t` relative to the raster of images [intervals].
   [[nodiscard]] double Delay(double t) const noexcept;
-  // Shadow and exposure over `seen` (CV_32F), in place.
+  // Applies shadow and exposure to `seen` (CV_32F), in place.
   void Light(double t, cv::Mat* seen) const;
 
  private:

@@ -107,7 +107,7 @@ class Painter {
   cv::Size size_;
   double pixel_;            // [m]
   Eigen::Affine2d X_IO_;    // O [m] -> image [px]
-  Eigen::Affine2d X_IT_;    // the same in the plane of the tool's front side
+  Eigen::Affine2d X_IT_;    // O [m] -> image [px], for the plane of the tool's front side
   double tool_width_;       // [m]
   double tool_radius_;      // of its end; 0: flat [m]
   Eigen::Vector2d tool_O_;  // along which the tool points

@@ -30,10 +30,10 @@ class SimulatedSite final : public SimulatedEnvironment {
   explicit SimulatedSite(const Scene& scene);
   ~SimulatedSite() override;
 
-  // The manipulator moves the tool here. Thread-safe; microseconds: during the approach a separate
-  // thread solves the contact. Only a tip that reaches the surface at another point than expected
-  // waits for the solution (10 to 60 ms). Positions that are not finite, or a million body sizes
-  // away, are ignored. A tip that starts inside touches nothing before it has left. This is
+  // Moves the tool; called by the manipulator. Thread-safe; takes microseconds: during the approach
+  // a separate thread solves the contact. Only a tip that reaches the surface at another point than
+  // expected waits for the solution (10 to 60 ms). Positions that are not finite, or a million body
+  // sizes away, are ignored. A tip that starts inside has no contact until it has left. This is
   // independent of `when_unsolved`.
   void MoveTool(const Eigen::Vector3d& p_S_tip,
                 WhenUnsolved when_unsolved = WhenUnsolved::kWait) override;

@@ -13,8 +13,8 @@ namespace {
 // Places closer than this part of the larger side share a solution (0.02 mm on the 88 mm block):
 // there the stiffness changes by less than 1e-4.
 constexpr double kRaster = 0.02 / 88;
-// The same for solids, whose solutions take seconds, relative to the tool's width: the stiffness
-// beside a corner changes by less than 5e-3.
+// Places on solids that are closer than this part of the tool's width share a solution, because
+// solutions take seconds. The stiffness beside a corner changes by less than 5e-3.
 constexpr double kSolidRaster = 1.0 / 16;
 constexpr std::size_t kMaxKept = 8;
 

@@ -10,7 +10,7 @@
 namespace palpate::simulation {
 
 // Solves contacts in advance: while the tool approaches, a separate thread computes the solution
-// for the expected contact point, so that the start of contact costs nothing.
+// for the expected contact point, so that the start of contact is not delayed.
 class SolutionsAhead {
  public:
   // `body` must outlive this. `tilts`: the tool may be rotated, so its contact changes like that of
@@ -21,8 +21,8 @@ class SolutionsAhead {
 
   // Requests a solution near `place`. Returns at once; the newest request counts.
   void Expect(const BoundaryPlace& place) { (void)Wanted(place); }
-  // The solution nearest to `place` on the raster of contact points; waits for it if necessary (10
-  // to 40 ms). nullptr: it could not be solved.
+  // Returns the solution nearest to `place` on the raster of contact points; waits for it if
+  // necessary (10 to 40 ms). nullptr: it could not be solved.
   std::shared_ptr<const PatchSolution> Await(const BoundaryPlace& place);
 
  private:

@@ -43,9 +43,10 @@ class Texture {
   cv::Mat texels_;  // CV_32F, kSize x kSize
 };
 
-// How much of each pixel of `window` closed polygons [px] cover, exactly: CV_32F, 0 to 1. The
-// method is that of font rasterisers, with signed areas accumulated along rows, so straight edges
-// have subpixel accuracy. Pixel centres at integers; loops turning the other way are holes.
+// Returns the exact fraction of each pixel of `window` that is covered by closed polygons [px]:
+// CV_32F, 0 to 1. The method is that of font rasterisers, with signed areas accumulated along rows,
+// so straight edges have subpixel accuracy. Pixel centres at integers; loops of the opposite
+// orientation are holes.
 cv::Mat CoverageOf(const std::vector<std::vector<Eigen::Vector2d>>& polygons,
                    const cv::Rect& window);
 

@@ -10,14 +10,14 @@
 
 namespace palpate {
 
-// Returns the share of the distance after the share `u` of the time, 0 to 1; the peak speed is 15/8
-// of the mean.
+// Returns the fraction of the distance after the fraction `u` of the time, 0 to 1; the peak speed
+// is 15/8 of the mean.
 inline double MinimumJerk(double u) noexcept {
   return u * u * u * (10 + u * (-15 + 6 * u));
 }
 inline constexpr double kMinimumJerkPeak = 15.0 / 8.0;
 
-// Returns the share of the time after the share `way` of the distance, by bisection.
+// Returns the fraction of the time after the fraction `way` of the distance, by bisection.
 inline double InverseMinimumJerk(double way) noexcept {
   double low = 0, high = 1;
   for (int i = 0; i < 60; ++i) {
@@ -27,8 +27,8 @@ inline double InverseMinimumJerk(double way) noexcept {
   return 0.5 * (low + high);
 }
 
-// Contacts without an operator: `presses` times from home by `way` in a minimum-jerk ramp, a hold,
-// the same ramp back and a rest.
+// Contacts without an operator, repeated `presses` times: from home by the displacement `way` in a
+// minimum-jerk ramp, a hold, the same ramp back and a rest.
 struct PressMotion {
   Eigen::Vector3d home{0, 0, 0}, way{0, 0, 0};  // of the tip, frame S [m]
   int presses = 1;

@@ -32,7 +32,7 @@ class SolvedAhead {
 
   explicit SolvedAhead(Choice choice)
       : choice_(std::move(choice)), thread_([this](const std::stop_token& stop) { Run(stop); }) {}
-  // Works on the newest request; keeps this number of contacts.
+  // Works on the newest request and stores up to this number of contacts.
   explicit SolvedAhead(std::size_t kept)
       : kept_(kept),
         choice_([this] {
@@ -67,7 +67,7 @@ class SolvedAhead {
     const std::lock_guard lock(mutex_);
     return read();
   }
-  // The same of all contacts, newest first.
+  // Returns the present result of `read` for all contacts, newest first.
   template <typename Read>
   auto NowOfAll(const Read& read) {
     const std::lock_guard lock(mutex_);

@@ -90,7 +90,7 @@ class LoadPathCache {
     // Returns whether one depth step beyond `s` is solved: the cubics use it, and answers must not
     // depend on the progress of the thread.
     [[nodiscard]] bool Reaches(double s) const;
-    // Way beyond the first contact that is solved [m]; -1: none.
+    // Returns the solved depth beyond the first contact [m]; -1: none.
     [[nodiscard]] double depth() const;
     [[nodiscard]] SolvedPress At(double s, bool is_solved) const;
     // Returns whether body and distances are known.

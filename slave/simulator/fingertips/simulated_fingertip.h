@@ -27,8 +27,8 @@ class SimulatedFingertip {
   ~SimulatedFingertip();
   SimulatedFingertip(SimulatedFingertip&&) noexcept;
   SimulatedFingertip& operator=(SimulatedFingertip&&) noexcept;
-  // The reading `seconds` after the last one, under `load` (null: nothing touches). The skin
-  // relaxes, the fluid flows, the counts drift.
+  // Returns the reading `seconds` after the last one, under `load` (null: no contact). Includes
+  // relaxation of the skin, flow of the fluid and drift of the counts.
   FingerReading Sample(const FingertipLoad* load, double seconds) noexcept;
 
  private:

@@ -1,5 +1,5 @@
-// Meshes of the simulated body, finer near the fingers, and none that an estimator uses: quadratic
-// hexahedra for boxes, cubic tetrahedra for mesh files.
+// Meshes of the simulated body, finer near the fingers: quadratic hexahedra for boxes, cubic
+// tetrahedra for mesh files. No estimator uses such elements.
 #pragma once
 
 #include <array>
@@ -19,7 +19,7 @@ namespace palpate {
 struct SiteResolution {
   double edge = 1e-3;            // between the nodes of boxes, where fingers touch [m]
   double fine_reach = 2e-3;      // distance from the focus up to which this edge length is used [m]
-  double growth = 0.6;           // of that per distance beyond [-]
+  double growth = 0.6;           // increase of the edge length per distance beyond `fine_reach` [-]
   int max_hexahedra = 225;       // of a box; above them all edges are made longer
   std::size_t max_tets = 20000;  // mesh files are refined, at most twice, within this
 };

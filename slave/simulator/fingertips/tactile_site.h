@@ -73,7 +73,7 @@ class TactileSite final : public SimulatedEnvironment {
 // first contact in a minimum-jerk ramp whose peak speed is operator.press.speed, or
 // manipulator.max_speed if that is less; a hold of 1 s; the same ramp back; 0.5 s at home.
 //
-// Throws std::invalid_argument naming the key: nothing in front of the fingers.
+// Throws std::invalid_argument naming the key: no object in front of the fingers.
 PressMotion ScriptedTouch(const TactileSite& site, const Scene& scene, int presses);
 // Returns a source of its samples, as fast as they can be computed; sensed_at starts at Time{}.
 // `site` of that scene must outlive them.

@@ -28,7 +28,8 @@ struct MembraneView {
   // Returns the present position of the inner face's point that rests at p_O [m], frame O [m].
   [[nodiscard]] Eigen::Vector3d Place(const Eigen::Vector2d& p_O,
                                       const Indentation& indentation) const;
-  // Plain rubber within the clamp, CV_32F of the lens's size, each pixel by its exact share.
+  // Returns the image of plain rubber within the clamp, CV_32F of the lens's size, with the exact
+  // coverage of each pixel.
   [[nodiscard]] cv::Mat PlainFace() const;
 };
 
@@ -46,10 +47,10 @@ class DottedMembrane {
   // `exposure` must outlive this.
   DottedMembrane(const MembraneView& view, const PrintedDots& dots, const Exposure& exposure);
   // The blurred image: CV_32F of the lens's size, valid until the next call. Dots are small stiff
-  // discs: each moves with the membrane's point at its centre, tilts with the surface there, and
-  // covers its exact share of each pixel. (Ink that bends with the rubber would show the mean of
-  // the surface under it: 0.2 mm less than the point at the dot's centre below a tool as wide as
-  // the dots, 5 mm deep; elsewhere hundredths of a millimetre.)
+  // discs: each moves with the membrane's point at its centre and tilts with the surface there; the
+  // coverage of each pixel is exact. (Ink that bends with the rubber would show the mean of the
+  // surface under it: 0.2 mm less than the point at the dot's centre below a tool as wide as the
+  // dots, 5 mm deep; elsewhere hundredths of a millimetre.)
   const cv::Mat& Paint(const Indentation& indentation);
 
  private:

@@ -148,7 +148,7 @@ PressCache::Presses PressCache::Nearest(const Around& around, double radius, dou
 // Returns the next series to extend: the two around the tool, the less deep one first; then, if
 // requested, the others outwards from there.
 std::shared_ptr<PressCache::DepthSeries> PressCache::Next() {
-  // 0: the calling thread (setpriority(2), Linux).
+  // The argument 0 is the calling thread (setpriority(2), Linux).
   if (everywhere_ && !is_nice_) is_nice_ = setpriority(PRIO_PROCESS, 0, kNice) == 0;
   const Around around = FindAround(focus_);
   std::shared_ptr<DepthSeries> next;

@@ -35,7 +35,7 @@ class PressCache {
   static constexpr double kRaster = 1.0 / 13;  // between them, the same
 
   // The first contact is created here, its steps follow in the thread. Throws std::invalid_argument
-  // as PressedMembrane does.
+  // like PressedMembrane.
   explicit PressCache(const Plan& plan);
 
   // The largest radius at which contacts are solved [m].
@@ -53,8 +53,9 @@ class PressCache {
   // The contacts around `radius`, at least as deep as `depth`; waits for them if necessary. Less
   // deep if no equilibrium was found or the steps end.
   Presses Await(double radius, double depth);
-  // Short: until those are solved, the nearest ones on either side that are deep enough; on one
-  // side only where there are none on the other; the deepest of all if none is deep enough.
+  // Does not wait. Until the contacts around `radius` are solved, returns the nearest ones on
+  // either side that are deep enough, or only that of one side; if no contact is deep enough, the
+  // deepest of all.
   Presses Find(double radius, double depth);
 
  private:

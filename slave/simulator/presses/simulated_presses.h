@@ -11,7 +11,7 @@
 namespace palpate {
 
 struct SimulatedPresses {
-  int presses = 300;  // in all, >= 1; the program has a default of its own
+  int presses = 300;  // total number, >= 1; the program has another default
   // Number of presses after which the fingertip restarts with another baseline; >= 1.
   int per_start = 5;
   double largest_force = 5;  // along the normal [N], > 0
@@ -29,11 +29,11 @@ inline constexpr double kPressRate = 100;  // [Hz]
 // Number of times that the fingertip is switched on. Throws std::invalid_argument: an option.
 int CountStarts(const SimulatedPresses& options);
 
-// The samples after switching on for the `start`-th time, counted from 0; they do not depend on the
-// others. Every contact has a position on the pad,
-// the tip or the sides, a peak force, an object between foam and hard rubber with the shape of a
-// sphere or a flat probe of its own width, and tangential forces up to half of the normal one that
-// vary; it is ramped up, held and released, and the next one follows after a pause.
+// Returns the samples after switching on for the `start`-th time, counted from 0, independent of
+// other starts. Every contact has a position on the pad, the tip or the sides, a peak force, an
+// object between foam and hard rubber with the shape of a sphere or a flat probe of its own width,
+// and tangential forces up to half of the normal one that vary; it is ramped up, held and released,
+// and the next one follows after a pause.
 SimulatedStart SimulateStart(const SimulatedPresses& options, int start);
 
 }  // namespace palpate

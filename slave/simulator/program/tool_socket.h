@@ -1,4 +1,4 @@
-// Takes the tool's position in a simulated environment from the driver of another process.
+// Receives the tool's position in a simulated environment from a driver in another process.
 #pragma once
 
 #include <string>

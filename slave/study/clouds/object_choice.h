@@ -23,7 +23,8 @@ struct ObjectHint {
 struct ObjectChoice {
   std::vector<int> regions;  // none: the segmentation has none
   std::string why;           // for people
-  bool sure = true;          // false: nothing is where the object should be; the nearest was taken
+  // False: there is no region at the expected position, so the nearest one was used.
+  bool sure = true;
 };
 
 // With `at` it selects the region of the nearest segmented point. Throws std::invalid_argument: no

@@ -7,7 +7,7 @@
 namespace palpate::study {
 
 // Finite positions [m] in the frame of the camera: pupil at the origin, z forward, x right, y down.
-// Black: without colour. Label 0: without label.
+// Black points have no colour; label 0 means no label.
 using PointCloud = pcl::PointCloud<pcl::PointXYZRGBL>;
 
 }  // namespace palpate::study

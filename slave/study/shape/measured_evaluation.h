@@ -27,7 +27,7 @@ struct MeasuredQuestion {
   std::string scene;                  // name of the scene
   std::string file;                   // of the cloud
   PcdCloud measured;                  // frame D of the camera
-  std::optional<DepthCamera> camera;  // absent: nothing is scored
+  std::optional<DepthCamera> camera;  // absent: no score
   EstimatedShape shape;
   Segmenting segmenting = Segmenting::kSurfaces;
   ObjectHint hint;     // the object's position in the scene is added

@@ -13,11 +13,11 @@
 namespace palpate::study {
 
 // Returns the similarity of two clouds (paper B, IV.C, figures 11 and 13): the share of `simulated`
-// in the leaves of an octree around `measured` [-]. `leaf` [m]: their edge, 1 cm in the paper. A
-// flat face on a border of leaves has half of its noise in empty leaves, one in the middle of
-// leaves hardly any. The score is therefore the mean over eight octrees, shifted by half a leaf
-// along each axis, a quarter leaf to both sides of the cloud's centroid, so that it is independent
-// of the frame's origin. Points must be finite. NaN: one cloud is empty.
+// in the leaves of an octree around `measured` [-]. `leaf` [m]: their edge, 1 cm in the paper. For
+// a flat face on a border of leaves half of the noisy points are in empty leaves; for a face in the
+// middle of leaves hardly any. The score is therefore the mean over eight octrees, shifted by half
+// a leaf along each axis, a quarter leaf to both sides of the cloud's centroid, so that it is
+// independent of the frame's origin. Points must be finite. NaN: one cloud is empty.
 double OctreeScore(std::span<const Eigen::Vector3d> measured,
                    std::span<const Eigen::Vector3d> simulated, double leaf);
 

@@ -105,7 +105,7 @@ double HitCapsule(const Vector3d& ray, const Occluder& capsule) {
   const Vector3d axis = capsule.b - capsule.a;
   const double length2 = axis.squaredNorm();
   if (length2 == 0) return nearest;
-  // Everything across the axis.
+  // Components perpendicular to the axis.
   const Vector3d d = ray - ray.dot(axis) / length2 * axis;
   const Vector3d c = capsule.a - capsule.a.dot(axis) / length2 * axis;
   if (d.squaredNorm() == 0) return nearest;

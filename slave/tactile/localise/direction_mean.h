@@ -44,10 +44,10 @@ class SignalCheck {
 //
 //   x_i = change_i - kPressureShare change_pdc,
 //
-// and even a soft contact, under which hardly an electrode falls, shows where they rise least. The
-// share is between the best for presses on a plate (0.10) and for others of that sensor
-// (0.15); on the authors' soft recording, another sensor, the electrodes' mean is 0.17.
-// [counts / count]. [tuned: TheDefaultErrsLessThanThePaper]
+// so that even a soft contact, under which hardly any electrode falls, shows where they rise least.
+// The share is between the best for presses on a plate (0.10) and for others of that sensor (0.15);
+// on the authors' soft recording, another sensor, the electrodes' mean is 0.17. [counts / count].
+// [tuned: TheDefaultErrsLessThanThePaper]
 inline constexpr double kPressureShare = 0.13;
 
 struct Intensities {

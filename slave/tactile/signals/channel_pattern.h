@@ -9,7 +9,7 @@ namespace palpate {
 // All values are in the unit of the N channels; x: change since the baseline, margins included.
 // Learnt with a network, from the same contacts.
 struct ChannelPattern {
-  // N x N with a diagonal of 0: the best linear expectation of each channel by the others.
+  // N x N matrix with a zero diagonal: the best linear prediction of each channel from the others.
   Eigen::MatrixXd expectation;
   // A channel differs from it by at most sqrt(tolerance^2 + relative^2 s^2), s: rms of the others.
   Eigen::VectorXd tolerance, relative_tolerance;

@@ -8,7 +8,7 @@ namespace palpate {
 
 // E1 to E19, pac0, pdc: the order of the networks' inputs.
 inline constexpr int kSignalCount = kElectrodeCount + 2;
-// TactileSignals of other sensors hold c1 to cN and two zeros.
+// TactileSignals of other sensors contain c1 to cN and two zeros.
 using TactileSignals = ShortList<double, kMaxChannels + 2, kSignalCount>;
 
 }  // namespace palpate

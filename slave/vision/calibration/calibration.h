@@ -60,7 +60,7 @@ struct Calibration {
 Calibration Calibrate(const Board& board, const std::vector<BoardView>& views,
                       const ImageSizes& sizes);
 
-// The camera given as the right one is to the left of the other.
+// Returns whether the camera given as the right one is to the left of the other.
 bool AreSidesExchanged(const StereoRig& rig);
 
 // The rectification R1, R2, P1, P2, Q of a rig, in OpenCV's terms: the same rows of both images

@@ -18,7 +18,7 @@ namespace palpate {
 // 1).
 using InverseDepth = Eigen::Vector3d;  // [1/m]
 
-// A square of pixels, named by its upper left one [px].
+// A square of pixels, identified by its upper left pixel [px].
 struct DepthCell {
   int column = 0, row = 0, edge = 0;
 };
@@ -105,7 +105,7 @@ class DepthPoints {
     DepthImages camera;                // intrinsics, unit, pose, sigma of one depth
     int cell = 16;                     // edge of a cell [px]
     int rest_images = 5;               // the rest frame is their mean
-    double min_full = 0.5;             // share of a cell's pixels that must have a depth
+    double min_full = 0.5;             // fraction of a cell's pixels that must have a depth
     double nearest = 0, farthest = 1;  // along the ray's z [m]: depths outside are not measurements
     // Edge of patches within which depth errors are equal [px]: a cell of n pixels has only n /
     // correlation^2 independent ones. 10 px was measured for a stereo depth camera at 0.1 m.
@@ -124,7 +124,7 @@ class DepthPoints {
   // Measures the rest shape again from the next images, of any size.
   void Reset() noexcept;
 
-  // Returns the place of point `i` of the observation: the middle of its cell [px], and the unit
+  // Returns the position of point `i` of the observation: the centre of its cell [px], and the unit
   // normal of the surface at rest there, towards the camera, frame S.
   [[nodiscard]] const Eigen::Vector2d& place(std::size_t i) const { return cells_[i].middle; }
   [[nodiscard]] const Eigen::Vector3d& normal_S(std::size_t i) const { return cells_[i].n_S; }

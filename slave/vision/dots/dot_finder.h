@@ -23,8 +23,8 @@ class DotFinder {
   // Throws std::invalid_argument naming the parameter.
   explicit DotFinder(const Params& params);
 
-  // All dots of an 8-bit grey image. False, and no dots: another image, or out of memory. Dots cut
-  // by the image border are not used.
+  // Finds all dots of an 8-bit grey image. Returns false and no dots for another type of image, or
+  // out of memory. Dots cut by the image border are not used.
   bool Find(const cv::Mat& image, std::vector<Dot>* dots) noexcept;
 
   [[nodiscard]] const Params& params() const { return params_; }

@@ -23,8 +23,9 @@ class DotTracker {
  public:
   struct Params {
     DotFinder::Params finder;
-    bool any_tone = true;   // use the polarity that shows the array, independent of `finder`
-    double min_seen = 0.6;  // share of the array that must be there at first; later half of it
+    bool any_tone = true;  // use the polarity that shows the array, independent of `finder`
+    // Fraction of the array that must be visible at first; later half of this.
+    double min_seen = 0.6;
   };
   // `projected`: positions of the layout at rest in the image [px], accurate to about half a
   // spacing. Throws as DotFinder and DotArray do.

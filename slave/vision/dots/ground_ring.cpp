@@ -12,7 +12,7 @@ constexpr double kForeign = 0.2;
 constexpr int kMinArc = 9;
 constexpr int kStep = 2;  // sectors from one start to the next
 // Ratio of the variance of a whole ring to that of its quietest arc that may occur by chance [-].
-// [tuned: WhatNeighboursShareIsSeen]
+// [tuned: CorrelatedNoiseOfNeighboursIsDetected]
 constexpr double kNoisier = 1.5;
 constexpr double kUnlike = 3;      // largest difference of sectors' means [sigma]
 constexpr double kUneven = 3;      // largest ratio of a sector's variance to the arc's

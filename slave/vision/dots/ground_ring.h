@@ -55,7 +55,7 @@ class GroundRing {
   // False: no arc of more than half the ring is ground.
   bool Fit() noexcept;
   [[nodiscard]] const GroundPlane& plane() const { return plane_; }
-  // Bit s: sector s is left out, or the one opposite to it.
+  // Returns a bit mask; bit s: sector s or the opposite one is left out.
   [[nodiscard]] std::uint32_t left_out() const { return left_out_; }
   [[nodiscard]] bool LeavesOut(int sector) const { return (left_out_ >> sector & 1U) != 0; }
   // Variance of the sectors' means about the plane, relative to that of independent pixel errors:

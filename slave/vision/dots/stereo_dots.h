@@ -57,7 +57,8 @@ class StereoDots {
   std::array<DotTracker, 2> trackers_;
   SurfaceObservation observation_;
   int rest_taken_ = 0;
-  double size_ = 1, rest_sizes_ = 0;        // of the array by the layout's: now, summed over rest
+  // Size of the array relative to the layout: present, and summed over the rest images.
+  double size_ = 1, rest_sizes_ = 0;
   std::vector<int> rest_counts_;            // per dot
   std::vector<Eigen::Vector3d> rest_sums_;  // per dot, frame S [m]
   std::vector<std::optional<Triangulated>> raw_, located_;

@@ -12,7 +12,7 @@
 
 namespace palpate {
 
-// Pinhole with distortion as OpenCV has it. Pixels: (0, 0) is the centre of the upper left one.
+// Pinhole with OpenCV's distortion model. Pixels: (0, 0) is the centre of the upper left one.
 struct Lens {
   double fx = 0, fy = 0, cx = 0, cy = 0;  // [px]
   std::array<double, 5> distortion{};     // k1 k2 p1 p2 k3 [-]

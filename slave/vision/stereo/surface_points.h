@@ -41,7 +41,7 @@ struct SurfaceObservation : Verdict {
   double epipolar_px = 0;
   double scale_error = 0;  // relative standard deviation of the scale of all distances [-]
   double place_error =
-      0;            // at rest, along the surface by the distance of neighbours [-]; 0: unknown
+      0;  // at rest, along the surface, relative to the distance of neighbours [-]; 0: unknown
   double skew = 0;  // time between right and left image by their timestamps [s]
   // Standard deviation of the time relative to the timestamps [pair periods]; 0: not a stereo pair.
   double moment_sigma = 0;

@@ -29,7 +29,8 @@ class EpipolarLine {
   // outside the image.
   [[nodiscard]] const std::optional<Eigen::Vector2d>& place() const { return place_; }
   [[nodiscard]] bool in_image() const { return place_ && IsInside(*place_); }
-  // Returns the place of the ray through a neighbour of the pixel, as far away [px].
+  // Returns the image of the point on the ray through a neighbouring pixel at the same distance
+  // [px].
   [[nodiscard]] std::optional<Eigen::Vector2d> Neighbour(const Eigen::Vector2d& p_F) const noexcept;
 
  private:

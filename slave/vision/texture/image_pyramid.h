@@ -17,7 +17,7 @@ class ImagePyramid {
   // std::invalid_argument: not 8 bit, neither grey nor BGR, smaller than 32 px.
   ImagePyramid(const cv::Mat& first, int levels);
 
-  // Loads an image of the first one's size and type; false (and nothing changed) otherwise.
+  // Loads an image of the first one's size and type; otherwise returns false without a change.
   // Real-time safe.
   bool Read(const cv::Mat& image) noexcept;
 

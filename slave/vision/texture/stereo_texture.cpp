@@ -10,7 +10,7 @@ namespace palpate {
 namespace {
 
 constexpr int kSearchesPerPair =
-    4;  // [-] [tuned: WhatOneCameraLosesIsUnseenUntilItMeetsTheOtherAgain]
+    4;  // [-] [tuned: APointLostInOneCameraIsInvisibleUntilRaysMeetAgain]
 
 bool IsImage(const cv::Mat& image, const Lens& lens) {
   return image.dims == 2 && image.data != nullptr &&

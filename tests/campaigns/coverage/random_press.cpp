@@ -22,7 +22,7 @@ constexpr double kTensionStated = 0.5;        // one sigma, of itself
 constexpr double kFoam = 4e4, kRubber = 1e6;  // moduli [Pa]
 constexpr double kWide = 0.1;  // share of the presses that go beyond the model's range
 
-// x with a share of `below` of all normal draws below it.
+// Returns the quantile `below` of the standard normal distribution.
 double NormalQuantile(double below) {
   double low = -8, high = 8;
   for (int i = 0; i < 60; ++i) {
@@ -61,7 +61,7 @@ void AddImages(Dice* dice, Overrides* scene) {
   scene->push_back(fmt::format("site.blur={:.3g}", dice->Between(0.5, 1)));
 }
 
-// A block, a wedge or a disc under a tool, a place and a depth of its own.
+// Draws a block, a wedge or a disc, with a random tool, place and depth.
 Overrides Planar(Dice* dice, const StatedMaterial& stated, double wide) {
   const double size = dice->Decades(5e-3, 0.2);
   const double pixel = size / dice->Between(230, 310);
@@ -150,7 +150,7 @@ Overrides Pinch(Dice* dice, const StatedMaterial& stated, double wide) {
     return fmt::format("{{translation: {}, rotation: [{:.9g} deg, {:.9g} deg, {:.9g} deg]}}",
                        Vector(x, y, z), roll, tilt, turn);
   };
-  // Some newtons at most, whatever the modulus.
+  // Limits the force to a few newtons for any modulus.
   const double least = std::min(1.0, std::pow(kFoam / stated.modulus, 0.75));
   const double depth = wide > 0 ? 0.012 : least * dice->Between(0.003, 0.009);
   return {fmt::format("object.geometry={{box: {{size: {}, cells: [6, 6, 6]}}}}",
@@ -174,7 +174,7 @@ std::vector<Eigen::AngleAxisd> DrawTurns(Dice* dice, const Tactile& tactile) {
   return turns;
 }
 
-// About the pads' apices, so that they stay where they touch.
+// Turns the fingers about the apices of their pads, so that the contact points do not move.
 void TurnFingers(const std::vector<Eigen::AngleAxisd>& turns, double radius, TactileFrame* frame) {
   const Eigen::Translation3d apex(0, 0, -radius);
   for (std::size_t i = 0; i < turns.size(); ++i) {

@@ -20,7 +20,8 @@ struct EstimateRow {
   double error = 0;
   double off = 0;  // size of the error's vector
   double sigma = 0;
-  double material = 0;  // part of `error` by the stated modulus, which is not the true one
+  // Part of `error` caused by the stated modulus, which differs from the true one.
+  double material = 0;
 };
 
 // Results over all presses of one sense.
@@ -35,8 +36,8 @@ struct Bands {
 };
 Bands BandsOf(const std::vector<EstimateRow>& rows);
 
-// Shares within one and two sigma as 19 of 20 series of as many presses would have them: bootstrap
-// over presses, because the estimates of one press share their errors (Efron 1979).
+// 95 % intervals of the shares within one and two sigma, by bootstrap over presses, because the
+// estimates of one press have common errors (Efron 1979).
 struct Interval {
   double least = 0, most = 0;
   [[nodiscard]] bool Overlaps(double low, double high) const {

@@ -1,5 +1,5 @@
-// model_selection: whether `model.kind: auto` keeps its word on scenes drawn at random, and whether
-// an exhaustive study would have chosen otherwise.
+// The program `model_selection` checks on random scenes that the model chosen by `model.kind: auto`
+// meets its stated error, and whether an exhaustive study would choose another one.
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
@@ -54,10 +54,11 @@ study::ModelFactory CountedModelFactory() {
 }
 
 struct Tally {
-  int scenes = 0, mute = 0;          // without a model, or without words why
-  int beyond = 0;                    // chosen beyond its range without a word
-  int promised = 0, kept = 0;        // within tolerance where `auto` says so
-  int points = 0, agree = 0;         // stated and held-out errors
+  int scenes = 0, mute = 0;  // without a model, or without words why
+  int beyond = 0;            // chosen beyond its range without a word
+  // Scenes for which `auto` promises the tolerance, and those that keep it.
+  int promised = 0, kept = 0;
+  int points = 0, agree = 0;         // compared errors, and those that agree
   int chosen = 0, chosen_agree = 0;  // the same counts for the chosen models only
 };
 

@@ -117,7 +117,7 @@ Scene Dome(Dice* dice, const std::filesystem::path& file) {
   for (Vector3d& p : mesh.nodes) {
     const Vector3d q = p - Vector3d(1, 1, 0);
     const Vector3d s = q.cwiseProduct(q);
-    // The map of a cube onto the ball that keeps its cells away from being flat.
+    // Maps a cube to the ball without flat cells.
     for (int k = 0; k < 3; ++k) {
       const double a = s[(k + 1) % 3], b = s[(k + 2) % 3];
       p[k] = radius * q[k] * std::sqrt(1 - a / 2 - b / 2 + a * b / 3);
@@ -128,7 +128,8 @@ Scene Dome(Dice* dice, const std::filesystem::path& file) {
   return scene;
 }
 
-// A tenth to five times its thickness deep: on both sides of where a plate stretches.
+// The press is a tenth to five times the thickness deep: a plate stretches from about its thickness
+// on.
 Scene Membrane(Dice* dice) {
   const double radius = dice->Decades(0.005, 0.1);
   Scene scene = Start(dice, radius, radius * dice->Between(0.1, 0.3));
@@ -165,7 +166,7 @@ Scene RandomScene(std::uint32_t seed, const std::filesystem::path& folder) {
     default:
       scene = Polygon(&dice);
   }
-  // Before a camera the slave corrects the force for the shape of the tool.
+  // In scenes with a camera the slave corrects the force for the shape of the tool.
   if (IsPlanar(scene.object.geometry) && dice.Chance(0.5)) {
     scene.name += " before a camera";
     scene.sense.Set(CameraOptions{.camera = Camera{}, .tip = TipTracking{}, .contour = {}});

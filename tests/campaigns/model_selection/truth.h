@@ -9,8 +9,8 @@
 
 namespace palpate::model_selection {
 
-// Force along the tool's way at the question's depth, of each press by a rigid tool [N]; NaN: not
-// found.
+// Returns the force along the tool's path at the press depth for each press by a rigid tool [N];
+// NaN: not found.
 //
 // planar: quadratic finite elements graded towards the tool's ends (PlanarStiffness);
 // membrane: a neo-Hookean solid of cubic hexahedra (PressedMembrane);

@@ -28,7 +28,7 @@ struct Alteration {
   // Rigid displacement of the object in the image [px]; integers need no interpolation. For one
   // camera only.
   std::function<Eigen::Vector2d(const Moment&)> object_moves;
-  // From when on left becomes right.
+  // Time from which left and right are exchanged.
   std::optional<When> swapped;
   // Changes the readings of the fingertips.
   std::function<void(const Moment&, TactileFrame&)> touch;
@@ -65,8 +65,7 @@ std::vector<Case> CameraCases();
 std::vector<Case> PairCases();
 std::vector<Case> FingertipCases();
 
-// --- Alteration::shows
-// Nothing new from `when` on.
+// --- Alteration::shows Repeats the last sample from `when` on.
 std::function<std::size_t(const Moment&)> Frozen(When when);
 // Every other image is the one before again.
 std::function<std::size_t(const Moment&)> Doubled();

@@ -310,7 +310,7 @@ Paint SecondTool(double aside) {
     const Vector2d across(-view.shaft_I.y(), view.shaft_I.x());
     const int edge = std::max(8, cvRound(view.width));
     const cv::Mat before = image.clone();
-    // In squares along the shaft, from the tip on.
+    // Copies squares along the shaft, starting at the tip.
     for (int piece = 0; piece < 300 / edge; ++piece) {
       const Vector2d at = view.tip_I + (piece + 0.5) * edge * view.shaft_I;
       const cv::Size size(edge + 2, edge + 2);

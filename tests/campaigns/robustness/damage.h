@@ -21,7 +21,8 @@ Paint Breathing(double factor);
 Paint TurnSlowly(double degrees);
 Paint LoseFocus(double sigma);  // growing over the run [px]
 Paint Haze(double veil);        // contrast lower, towards white, growing over the run [-]
-Paint Fog(double veil);         // the same of the half beside the tip's place at full depth
+// Haze in the half of the image beside the tip's position at full depth.
+Paint Fog(double veil);
 // A drop of 40 px radius beside the tip's position at full depth. It displaces the image within it
 // outwards by up to `pull` [px].
 Paint Droplet(double pull);
@@ -30,9 +31,9 @@ Paint Ghost(double share);
 Paint HeatHaze(double sigma);  // parts are shifted differently in each image [px]
 
 // --- in the sensor
-Paint Wobble(double px);                  // each row aside, as a wave of 120 rows that runs
-Paint Comb(double px);                    // every other row aside
-Paint DeadRows(int count, double level);  // through the tip's place at full depth
+Paint Wobble(double px);  // shifts each row by a moving wave with a length of 120 rows
+Paint Comb(double px);    // shifts every other row
+Paint DeadRows(int count, double level);  // rows through the tip's position at full depth
 Paint DeadColumns(int count, double level);
 Paint HotPixels(double share);
 Paint Banding(double strength);      // bands of 40 rows lighter and darker, wandering
@@ -60,7 +61,8 @@ Paint Resized(double factor);
 
 // --- in view
 Paint SecondTool(double aside);  // a second image of the tool, shifted sideways by this [px]
-Paint Neighbour(double beside);  // a plain square, so far from the tip's place at full depth [px]
+// A plain square at this distance from the tip's position at full depth [px].
+Paint Neighbour(double beside);
 Paint Rain(int count);           // bright streaks of 30 px at new places in each image
 Paint Insect(double size);       // dark, with legs; crawls over tool and object
 Paint MovingWire(double width);  // crosses the shaft and the object from one side to the other

@@ -133,7 +133,7 @@ void AddForTwo(CaseTable* table) {
   table->Add("blocks lost", "%", {}, {2, 10}, [](double s) { return Stale(BlocksLost(s / 100)); });
 }
 
-// Thought of after all the others held; most are the others' kin.
+// Cases added after the others passed; most are similar to them.
 void AddLaterForTwo(CaseTable* table) {
   table->Rarely(true);
   table->Add("gamma changes while pressed", "", {0.8}, {0.4, 2.5},

@@ -28,7 +28,7 @@ Alteration Reads(Change change) {
   alteration.touch = std::move(change);
   return alteration;
 }
-// Every present finger's reading.
+// Applies `each` to the reading of every finger that is present.
 template <typename Each>
 Change OfEach(const Each& each) {
   return [each](const Moment& moment, TactileFrame& frame) {
@@ -53,7 +53,7 @@ class Rest {
   std::map<std::size_t, FingerReading> first_;
 };
 
-// Electrodes and pressure `factor` times as far from rest as they are.
+// Multiplies the distance of electrodes and pressure from their values at rest by `factor`.
 Alteration Amplified(std::function<double(const Moment&)> factor) {
   return Reads(OfEach([factor = std::move(factor), rest = std::make_shared<Rest>()](
                           const Moment& moment, std::size_t f, FingerReading& reading) {

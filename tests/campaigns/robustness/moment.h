@@ -22,7 +22,7 @@ struct Moment {
   std::size_t index = 0;  // of the sample in the run, from 0
   int side = 0;           // of a pair: 0 left, 1 right
 
-  // The share of the run that is over, 0 to 1.
+  // Returns the completed fraction of the run, 0 to 1.
   [[nodiscard]] double share() const {
     return script.count > 1 ? static_cast<double>(index) / static_cast<double>(script.count - 1)
                             : 0;
@@ -31,7 +31,7 @@ struct Moment {
 
 // A moment, with the places of the parts in its image [px].
 struct View : Moment {
-  Eigen::Vector2d tip_I{0, 0};      // the tool's tip; of pairs: the place that is pressed
+  Eigen::Vector2d tip_I{0, 0};      // the tool's tip; for pairs: the pressed point
   Eigen::Vector2d pressed_I{0, 0};  // position of the tip at full depth
   Eigen::Vector2d shaft_I{0, -1};   // unit, from the tip along the tool's shaft
   double width = 0;                 // of the tool [px]

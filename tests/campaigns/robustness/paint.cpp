@@ -46,7 +46,7 @@ std::mt19937_64 RandomOf(const Moment& moment, std::uint64_t what) {
                          what};
 }
 
-// Edges a pixel soft: 16 times finer than pixels.
+// Fills a polygon with anti-aliased edges. Its corners are rounded to 1/16 pixel.
 void FillPolygon(cv::Mat& image, std::span<const Vector2d> corners, double grey) {
   constexpr int kShift = 4;
   std::vector<cv::Point> points;
@@ -240,7 +240,7 @@ Paint Defocus(double sigma) {
 }
 
 Paint MotionBlur(double length, double degrees) {
-  // A line of `length`, a pixel wide, as coverage.
+  // The kernel is a line of `length` that is a pixel wide; its values are pixel coverages.
   const int half = static_cast<int>(std::ceil(0.5 * length)) + 1;
   cv::Mat kernel(2 * half + 1, 2 * half + 1, CV_32F, cv::Scalar(0));
   constexpr int kPieces = 400;

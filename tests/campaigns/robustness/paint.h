@@ -36,7 +36,8 @@ Paint GlintStanding(double radius, double along);
 // the image's x axis. It passes the tip's position at full depth at a distance of `off` [px] along
 // the shaft.
 Paint Wire(double width, double degrees, double off, double grey = 30);
-// A plain patch over `share` of the tool's width along the whole shaft, moving with it.
+// A plain patch that covers a fraction `share` of the tool's width along the whole shaft and moves
+// with it.
 Paint CoveredSide(double share);
 // A plain patch across the shaft, from `from` to `to` [px] beyond the tip's place at full depth;
 // it does not move.

@@ -20,7 +20,7 @@ struct Counts {
   std::size_t rest = 0, in = 0, hold = 0, back = 0, after = 0;
 
   [[nodiscard]] Script script() const;
-  // Share of the indentation at this sample, 0 to 1.
+  // Returns the fraction of the full indentation at this sample, 0 to 1.
   [[nodiscard]] double WayAt(std::size_t index) const;
 };
 

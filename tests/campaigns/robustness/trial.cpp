@@ -29,7 +29,7 @@ class AlteredSamples final : public SamplePlayer {
         alteration_(alteration),
         shots_(alteration.object_moves ? stage.Moving(alteration.object_moves) : stage.shots()) {}
 
-  // At the sample given last.
+  // The true state at the last sample.
   [[nodiscard]] Truth truth() const {
     Truth truth = shots_[index_].truth;
     truth.p_S_tip.y() += alteration_.arm_error * stage_.pixel();

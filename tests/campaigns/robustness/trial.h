@@ -1,5 +1,5 @@
-// One case on one stage: the sense of the scene runs over the altered samples, each estimate is
-// held against the truth.
+// Runs one case on one stage: the sense of the scene processes the altered samples, and each
+// estimate is compared with the true value.
 #pragma once
 
 #include <cstddef>
@@ -24,10 +24,11 @@ inline constexpr double kRightValid = 0.8;  // of all samples
 // Counts over the samples after rest; for pinches, over each finger.
 struct Score {
   std::size_t samples = 0, valid = 0, silent = 0;
-  double rms = 0;    // of the force where `valid` and in contact, of the largest true force [-]
-  double worst = 0;  // the largest, likewise [-]
-  double sigma = 0;  // median, of the largest true force, likewise [-]
-  double z = 0;      // rms of error / sigma, likewise [-]
+  // Error of forces that are `valid` and in contact, relative to the largest true force [-].
+  double rms = 0;
+  double worst = 0;  // largest error of the same forces, relative to the largest true force [-]
+  double sigma = 0;  // median sigma of the same forces, relative to the largest true force [-]
+  double z = 0;      // rms of error / sigma of the same forces [-]
   // The most frequent reason where it is not `valid`; `refused: ...` at the start.
   std::string why;
 

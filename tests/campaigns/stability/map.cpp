@@ -44,7 +44,7 @@ const std::array<Hand, 2> kHands{
     {{"firm hand, b = 21.7 N s/m", {}}, {"light hand, b = 4 N s/m", {0.3, 800, 4.0}}}};
 
 struct Wire {
-  double delay = 0, rate = 60;  // each way [s]; of the samples [Hz]
+  double delay = 0, rate = 60;  // delay in each direction [s]; rate of the samples [Hz]
   double scale = 1;             // of positions: the object is as much stiffer
 };
 
@@ -90,7 +90,8 @@ struct Panel {
   std::string theory;
 };
 
-// A force held for T, `delay` old: passive up to b / (T / 2 + delay) (Colgate and Schenkel 1994).
+// Returns the largest passive stiffness for a force held for T with a delay: b / (T / 2 + delay)
+// (Colgate and Schenkel 1994).
 double HeldBound(const Wire& line, double b) {
   constexpr double kSending = 0.005;  // additional delay of sampling and sending [s]
   return b / (0.5 / line.rate + 2 * line.delay + kSending);

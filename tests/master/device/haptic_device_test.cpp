@@ -114,7 +114,7 @@ TEST_F(HapticDeviceTest, AfterAFaultTheSwitchMustOpenFirst) {
 }
 
 // Also tests the base class of all drivers and the devices that move an arm.
-TEST(HapticDeviceAllocationTest, ReadingAndWritingTakeNothingFromTheHeap) {
+TEST(HapticDeviceAllocationTest, ReadingAndWritingDoNotAllocate) {
   struct Quiet final : RateSource {
     RateInput Poll(Time /*now*/) override { return {{1, 0, 0}, true}; }
     [[nodiscard]] std::string description() const override { return "quiet"; }

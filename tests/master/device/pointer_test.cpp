@@ -15,7 +15,7 @@ class Stage {
  public:
   explicit Stage(double speed = kSpeed) : pointer(speed) {}
 
-  // For `seconds`; `says`: the page does.
+  // Runs for `seconds`. `says`: whether the page sends messages.
   DeviceReading Run(double seconds, const Eigen::Vector3d& aim, bool engaged, bool says = true) {
     DeviceReading reading;
     for (int i = 0; i < std::lround(1000 * seconds); ++i, ++ms_) {

@@ -66,7 +66,7 @@ TEST_F(RateDeviceTest, ASilentSourceStopsTheMotionAndThenDisengages) {
   EXPECT_FALSE(Run(0.1).engaged) << "the switch was never opened";
 }
 
-// Reference: at most one command in 50 ms, one in 100 ms while it lasts, and a zero at the end.
+// Reference: at most one command in 50 ms, one in 100 ms during a rumble, and a zero at its end.
 TEST(RumblePaceTest, SendsChangesAtMostEveryFiftyMillisecondsAndRepeats) {
   RumblePace pace;
   EXPECT_FALSE(pace.Send(0, At(0)));

@@ -51,7 +51,7 @@ TEST(SimHandTest, DoesNotWindUpAgainstAForceItCannotOvercome) {
 }
 
 // Reference: a constant force moves the resting arm by f / k.
-TEST(SimHandTest, GivesWayToAForceByItsOwnStiffness) {
+TEST(SimHandTest, YieldsToAForceByItsStiffness) {
   SimHand hand(kDepth, 0.020);
   const Time start{std::chrono::hours(1)};
   DeviceReading reading;
@@ -65,7 +65,7 @@ TEST(SimHandTest, GivesWayToAForceByItsOwnStiffness) {
 // A force that is not renewed ends after 20 ms, because the loop that wrote it may have stopped.
 // Reference: impulse. In that time the arm at rest gains the speed F t / m, reduced by a third by
 // spring and damper.
-TEST(SimHandTest, LetsGoWhereNobodyRenewsTheForce) {
+TEST(SimHandTest, EndsAForceThatIsNotRenewed) {
   SimHand hand(kDepth, 0.020);
   const Time start{std::chrono::hours(1)};
   std::ignore = hand.Read(start);
@@ -84,7 +84,7 @@ TEST(SimHandTest, LetsGoWhereNobodyRenewsTheForce) {
   EXPECT_LT(std::abs(last), 0.1 * 1.05 / 800) << "the arm is back";
 }
 
-TEST(SimHandTest, StaysFiniteWhateverIsWrittenAndHoweverLongItWasAway) {
+TEST(SimHandTest, StaysFiniteForAnyForceAndAnyPause) {
   SimHand hand(kDepth, 0.020);
   Time now{std::chrono::hours(1)};
   for (const double bad :

@@ -36,7 +36,7 @@ PeriodicStats Bare(double late_us, std::uint64_t missed) {
   return bare;
 }
 
-TEST(DoctorTest, ATimerIsJudgedByWhatAHandFeels) {
+TEST(DoctorTest, ATimerIsRatedByPerceptibleDelays) {
   EXPECT_EQ(CheckTimer(Bare(20, 0)).grade, Grade::kGood);
   EXPECT_THAT(CheckTimer(Bare(20, 0)).advice, IsEmpty());
   EXPECT_EQ(CheckTimer(Bare(200, 0)).grade, Grade::kNote);
@@ -89,7 +89,7 @@ TEST(DoctorTest, GapsInWhichTheHandWouldBeReleasedAreBadAndTheKeyIsNamed) {
   EXPECT_THAT(gaps.advice, HasSubstr("dead_after: 120 ms"));
 }
 
-TEST(DoctorTest, ASlaveThatHasSensedNothingYetIsNoted) {
+TEST(DoctorTest, ASlaveWithoutSamplesIsNoted) {
   LinkSample line = Line(0.01, 0.01);
   EXPECT_EQ(Of(CheckLink(line, RemoteScene()), "sensing").grade, Grade::kNote);
   line.age = 0.02;
@@ -129,7 +129,7 @@ TEST(DoctorTest, AnExaminationEndsWhenItIsAskedTo) {
   }
 }
 
-TEST(DoctorTest, NobodyThereIsAFindingWithTheNextStep) {
+TEST(DoctorTest, NoAnswerIsAFindingWithAdvice) {
   SlaveLink::Options nobody;
   nobody.target = "127.0.0.1:1";
   nobody.wait = 0;

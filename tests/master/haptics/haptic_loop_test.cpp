@@ -56,7 +56,7 @@ TEST_F(HapticLoopTest, MapsPositionsAndForcesBetweenTheFrames) {
 // The clutch closes again with the tool 2 mm inside, and the device retreats at 20 mm/s. The
 // contact returns only energy that was put in before, so nothing is damped and the force follows
 // the law throughout.
-TEST_F(HapticLoopTest, AContactTakenUpPressedGivesBackWhatItHolds) {
+TEST_F(HapticLoopTest, AContactThatBeginsPressedReturnsItsEnergy) {
   rig_.Release(puppet_, 0.2);
   rig_.Engage(puppet_, 0.1);
   ASSERT_EQ(rig_.state(), kFollowing);
@@ -284,8 +284,9 @@ TEST_F(HapticLoopTest, OfASilentSensorOrArmNoForceIsLeftAfterThirtyMilliseconds)
   }
 }
 
-// Stamps of 1970, ones that never change and ones of tomorrow: held, then faded, with a reason.
-TEST_F(HapticLoopTest, WhatWasSensedTooLongAgoOrInTheFutureIsNotRendered) {
+// With timestamps from 1970, constant ones or ones from the future the force is held and then
+// fades, with a reason.
+TEST_F(HapticLoopTest, SamplesThatAreTooOldOrInTheFutureAreNotRendered) {
   for (const double seconds : {-1e9, -0.3, 86400.0}) {
     Rig rig;
     Engage(rig);
@@ -329,7 +330,7 @@ TEST_F(HapticLoopTest, AfterAStopASlaveThatWasRestartedIsFollowed) {
 
 // The loop does not work with settings that it has not read: no force is rendered and the tool is
 // held until they are read and the operator engages again.
-TEST_F(HapticLoopTest, ChangedSettingsShowNothingUntilTheyAreReadAndEngagedAgain) {
+TEST_F(HapticLoopTest, ChangedSettingsRenderNoForceUntilReadAndEngagedAgain) {
   rig_.slave.falsify = [](SlaveState* state) { state->settings_revision = 7; };
   rig_.Run(puppet_, 0.06);
   EXPECT_EQ(rig_.state(), kHold);
@@ -494,7 +495,7 @@ TEST(EmergencyStopTest, EachIsReportedHoweverSoonAfterAReset) {
 
 // A station that does not operate stops by a call. It must not stop a second time when it operates
 // later.
-TEST_F(HapticLoopTest, AStopThatActedByAnotherWayIsReportedNoMore) {
+TEST_F(HapticLoopTest, AStopThatArrivedByACallIsNotSentAgain) {
   rig_.loop.stops().Request();
   rig_.Tick(puppet_);
   rig_.loop.stops().Act(1);

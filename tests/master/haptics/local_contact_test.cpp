@@ -93,12 +93,12 @@ TEST_F(LocalContactTest, BeforeTheSlaveTellsOfContactItIsWhereTheHandCameThrough
   // Its late "no contact" with a new contact point does not change the rendered force.
   contact.Take(BondedWall(0.0025 * kAlong, false, 4), 3 * kLater);
   EXPECT_LT((contact.ForceAt(crossing + way, 3 * kLater + 0.05) - bonded).norm(), 1e-6);
-  // Out and in again: a new contact.
+  // Leaving the surface and touching it again makes a new contact.
   EXPECT_EQ(contact.ForceAt({0.001, 0.001, 0}, 4 * kLater).norm(), 0);
   EXPECT_LT(contact.ForceAt(-0.003 * kAlong + 1e-9 * kInto, 4 * kLater).norm(), 1e-6);
 }
 
-// Late states that say "no contact", or bring no model at all, change nothing.
+// Late states with "no contact", or without a model, have no effect.
 TEST_F(LocalContactTest, NeverDropsThePlaneForALateWord) {
   LocalModel model = Wall(500, 0, 1);
   model.in_contact = true;

@@ -140,7 +140,7 @@ TEST_P(MaliciousSlaveTest, TheHandKeepsItsLimits) {
   EXPECT_GE(rig.loop.passivity().min_balance(), -kEnergyLimit);
 }
 
-// The link breaks during a press, and the operator then draws back under the held force. A spring
+// The link is cut during a press, and the operator then retreats under the held force. A spring
 // would return the energy that it got; a held force returns more.
 TEST(GapTest, AForceThatIsHeldIsPaidForToo) {
   Rig rig({.K = 1900}, RenderMode::kLocal, kForceLimit, kSlewLimit);

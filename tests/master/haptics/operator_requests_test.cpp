@@ -69,7 +69,7 @@ TEST_F(OperatorRequestsTest, AClutchThatClosesEngagesAgainWithoutMovingTheTool) 
   EXPECT_NEAR((rig_.slave.tip() - tip).norm(), 0, 1e-12);
 }
 
-TEST_F(OperatorRequestsTest, AnotherRenderingWaitsUntilNobodyFeelsIt) {
+TEST_F(OperatorRequestsTest, AnotherRenderingWaitsUntilNoForceIsRendered) {
   rig_.requests.render = RenderMode::kHold;
   rig_.Run(puppet_, 0.1);
   EXPECT_EQ(rig_.loop.record().render, RenderMode::kLocal);
@@ -127,7 +127,7 @@ TEST_F(TareTest, TakesTheDriftFromTheHandAndSaysSo) {
   EXPECT_TRUE(rig_.loop.record().chain.reasons.Has(Reason::kTared));
 }
 
-// Each state in which zeroing could hide a contact.
+// Zeroing is refused in each state in which it could hide a contact.
 TEST_F(TareTest, RefusesWhatIsNoForceWithoutContact) {
   drift_ = {0, 0.4, 0};  // of 3.3 N
   EXPECT_EQ(RequestTare(), TareState::kTooLarge);

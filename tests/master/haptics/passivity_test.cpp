@@ -82,7 +82,7 @@ TEST_F(PassivityControlTest, EnergiesNeverFallAndCloseWithTheWork) {
 // up to K_max, from the first tick on. A force without such work gives at most the energy credit
 // W_0; where it falls at 200 N/s while the operator yields at 1 m/s, it gives a tenth of that:
 // sqrt(2 W_0 200).
-TEST_F(PassivityControlTest, AForceIsAffordedByWhatTheHandPutIn) {
+TEST_F(PassivityControlTest, AForceIsLimitedByTheEnergyFromTheOperator) {
   constexpr double kSlew = 200;
   double sent = 0;
   for (int i = 0; i < 500; ++i) {
@@ -100,15 +100,16 @@ TEST_F(PassivityControlTest, AForceIsAffordedByWhatTheHandPutIn) {
 // A force of 0.3 N that pushes the device out by 1 mm creates an energy deficit of 0.3 mJ. If the
 // force falls to 0.1 N, the deficit is reduced by 0.1 mJ (half of the fall times the displacement);
 // the rest is below the 0.25 mJ that are not damped.
-TEST_F(PassivityControlTest, WhatAFallingForcePaysIsNotDampedAsWell) {
+TEST_F(PassivityControlTest, EnergyRepaidByAFallingForceIsNotDampedAgain) {
   port.Observe({0, 0, 0}, {0, 0, 0}, kTick);
   port.Observe({0.001, 0, 0}, {0.3, 0, 0}, kTick);
   EXPECT_EQ(port.Apply({0.1, 0, 0}, {1, 0, 0}, kTick).x(), 0.1);
   EXPECT_LT(port.Apply({0.3, 0, 0}, {1, 0, 0}, kTick).x(), 0.3);
 }
 
-// A force that also turns has a smaller part of the slew limit left to fall.
-TEST_F(PassivityControlTest, WhatIsHeldUnpaidFallsFirst) {
+// If the force also changes its direction, a smaller part of the slew limit remains for its
+// decrease.
+TEST_F(PassivityControlTest, AHeldForceWithoutEnergyFallsFirst) {
   port.Observe({0, 0, 0}, {3, 0, 0}, kTick);
   EXPECT_NEAR(port.LimitToBalance({3, 0, 0}, {0.2, 0, 0}, 200).x(), 1, 1e-12);
   EXPECT_TRUE(port.LimitToBalance({0, 3, 0}, {0.2, 0, 0}, 200).isZero(0));
@@ -117,11 +118,11 @@ TEST_F(PassivityControlTest, WhatIsHeldUnpaidFallsFirst) {
 // An operator loads a spring of K_max to 3 N, 2.25 mJ, and yields with growing speed: until the 3 N
 // have fallen at 200 N/s, an acceleration of 20 m/s^2 lets out 1/6 a f^3 / s^2 = 2.25 mJ more than
 // a slow motion would.
-TEST_F(PassivityControlTest, AHandThatGivesWayEverFasterGetsNoMore) {
+TEST_F(PassivityControlTest, ADeviceThatYieldsEverFasterGetsNoMoreEnergy) {
   constexpr double kSlew = 200, kA = 20;  // [N/s], [m/s^2]
   double p = 0, v = 0, sent = 3;
   port.Observe({0, 0, 0}, {0, 0, 0}, kTick);
-  port.Observe({p -= 0.75e-3, 0, 0}, {sent, 0, 0}, 1e9);  // so slowly that nothing is damped
+  port.Observe({p -= 0.75e-3, 0, 0}, {sent, 0, 0}, 1e9);  // so slow that there is no damping
   for (int i = 0; i < 100; ++i) {
     port.Observe({p += v * kTick, 0, 0}, {sent, 0, 0}, kTick);
     v += kA * kTick;
@@ -132,9 +133,9 @@ TEST_F(PassivityControlTest, AHandThatGivesWayEverFasterGetsNoMore) {
 }
 
 // A contact that ends with 1 mJ stored and begins again returns this energy once.
-TEST_F(PassivityControlTest, WhatAContactHoldsIsRestoredOnce) {
+TEST_F(PassivityControlTest, TheEnergyOfAContactIsReturnedOnce) {
   port.Observe({0, 0, 0}, {0, 1, 0}, kTick);
-  port.Observe({0, -0.001, 0}, {0, 1, 0}, 1e9);  // so slowly that nothing is damped
+  port.Observe({0, -0.001, 0}, {0, 1, 0}, 1e9);  // so slow that there is no damping
   EXPECT_NEAR(port.balance(), 1e-3, 1e-12);
   port.Observe({0, -0.001, 0}, {0, 0, 0}, kTick);
   EXPECT_EQ(port.balance(), 0);
@@ -149,7 +150,7 @@ TEST_F(PassivityControlTest, WhatAContactHoldsIsRestoredOnce) {
 
 // A debt outlives the contact that made it. Free motion reduces it as slowly as the credit W_0 is
 // renewed, and saves nothing.
-TEST_F(PassivityControlTest, ADebtIsPaidByFreeMotion) {
+TEST_F(PassivityControlTest, AnEnergyDeficitIsRepaidByFreeMotion) {
   port.Observe({0, 0, 0}, {0, 1, 0}, kTick);
   port.Observe({0, 1e-4, 0}, {0, 1, 0}, 1e9);  // pushed out: 0.1 mJ
   EXPECT_NEAR(port.balance(), -1e-4, 1e-12);
@@ -161,7 +162,7 @@ TEST_F(PassivityControlTest, ADebtIsPaidByFreeMotion) {
 
 // With an energy deficit larger than W_0 no force could begin: b v^2 T = 1 x 0.1^2 x 0.001 = 0.01
 // mJ per tick.
-TEST_F(PassivityControlTest, BeyondWhatIsLentADebtIsPaidAtOnce) {
+TEST_F(PassivityControlTest, AnEnergyDeficitBeyondTheCreditIsRepaidAtOnce) {
   port.Observe({0, 0, 0}, {0, 1, 0}, kTick);
   port.Observe({0, 0.6e-3, 0}, {0, 1, 0}, 1e9);
   EXPECT_NEAR(port.balance(), -0.6e-3, 1e-12);
@@ -172,7 +173,7 @@ TEST_F(PassivityControlTest, BeyondWhatIsLentADebtIsPaidAtOnce) {
 
 // An operator who moves to and fro at up to 0.3 m/s under almost no force gains no credit: a push
 // is as if the operator had rested.
-TEST_F(PassivityControlTest, WavingUnderNoForceSavesNothing) {
+TEST_F(PassivityControlTest, MotionWithoutForceStoresNoEnergy) {
   constexpr double kAmplitude = 0.05, kOmega = 2 * std::numbers::pi;
   double p = 0, sent = 0;
   for (int i = 0; i < 12000; ++i) {

@@ -54,7 +54,7 @@ INSTANTIATE_TEST_SUITE_P(RoundTrips, DelayTest, testing::Values(0.0, 0.05, 0.1, 
 
 // Outside the patch the plane of the states is used, without a step of the force, and this is
 // reported.
-TEST(PatchTest, OffThePatchThePlaneGoesOn) {
+TEST(PatchTest, OutsideThePatchThePlaneIsUsed) {
   Rig rig({.K = kK}, RenderMode::kLocal, 100);
   rig.patches.Put(WallPatch(kK, 1));
   Puppet puppet;
@@ -81,8 +81,9 @@ TEST(PatchTest, APatchOfOtherSettingsWaits) {
   EXPECT_NEAR(rig.loop.record().chain.local.y(), kK * 0.002, 1e-3);
 }
 
-// Reference: the wall. A model eight times too stiff is worse than the last force held, which is
-// shown instead and named; a model that is right never is.
+// Reference: the wall. A model that is eight times too stiff is worse than holding the last force,
+// so the held force is rendered instead and this is reported. This does not happen with a correct
+// model.
 TEST(PatchTest, AModelWorseThanTheHoldIsNotShown) {
   for (const double times : {1.0, 8.0}) {
     Rig rig({.K = 200, .delay = 0.01}, RenderMode::kLocal, 100);

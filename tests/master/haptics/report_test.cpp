@@ -7,7 +7,7 @@
 namespace palpate {
 namespace {
 
-TEST(ReportTest, StaysJsonWhateverTheNumbersAndWords) {
+TEST(ReportTest, IsValidJsonForAnyNumbersAndTexts) {
   Report report;
   report.force_error = ForceError::Summary{std::nan(""), 0.14, 4120};
   report.force_peak = std::nan("");

@@ -1,4 +1,4 @@
-// A whole session in real time against the virtual slave, which runs on a thread of its own.
+// A whole session in real time with the virtual slave, which runs on a separate thread.
 #include "master/session/session.h"
 
 #include <atomic>
@@ -14,7 +14,7 @@
 namespace palpate {
 namespace {
 
-// A slave beside the session, until it is destroyed.
+// Runs a slave in parallel to the session, until it is destroyed.
 class Beside {
  public:
   LatestValue<ReceivedState> states;
@@ -53,7 +53,7 @@ TEST(SessionTest, CountsEveryPeriodAndEndsWithTheForceAtZero) {
 }
 
 // The thread that displays the session is waiting for another answer of the slave.
-TEST(SessionTest, AStopWaitsForNobody) {
+TEST(SessionTest, AStopDoesNotWaitForOtherCalls) {
   Beside beside;
   Puppet puppet;
   SessionOptions options;

@@ -64,7 +64,7 @@ TEST(TickDriveTest, TheCallerTakesOverFromASilentDevice) {
   EXPECT_EQ(stats.ticks, 200U);
 }
 
-// A device that ticks 500 times a second misses nothing by not ticking 1000 times.
+// A device that ticks 500 times per second has no missed ticks.
 TEST(TickDriveTest, TicksAreCountedAtTheRateOfTheDevice) {
   class Slow final : public Driven {
    public:
@@ -80,7 +80,7 @@ TEST(TickDriveTest, TicksAreCountedAtTheRateOfTheDevice) {
   EXPECT_NEAR(static_cast<double>(stats.missed), std::max(0.0, periods - 50), 1);
 }
 
-// Between two runs, and after the last, the device's thread finds nothing to do.
+// Between two runs, and after the last, the device's thread does not tick.
 TEST(TickDriveTest, OutsideOfARunNothingTicks) {
   Driven device(1000000);
   Seen seen;

@@ -90,8 +90,8 @@ class SixAxes final : public HapticDevice {
   }
 };
 
-// From the handle to the command and from the state to the actuators. Reference: an eccentric
-// contact, m = r x f with r = 10 mm along x, in front of a wall.
+// Tests the path from the handle to the command and from the state to the actuators. Reference: an
+// eccentric contact, m = r x f with r = 10 mm along x, in front of a wall.
 TEST(TorqueTest, TheHandleTurnsTheToolAndFeelsItsMoment) {
   HapticLoop::Options options;
   options.slew_limit = 0.2;

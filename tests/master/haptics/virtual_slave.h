@@ -34,10 +34,10 @@ class VirtualSlave {
   explicit VirtualSlave(const Options& options)
       : options_(options), entry_(OnPlane(options.home)), tip_(options.home) {}
 
-  // One millisecond: takes commands, moves, senses, sends.
+  // Simulates one millisecond: receives commands, moves, senses and sends.
   void Step(Time now, LatestValue<OperatorCommand>* commands, LatestValue<ReceivedState>* states);
 
-  // Changes what is sent from now on.
+  // The members below change what is sent.
   bool silent = false;  // nothing is sent
   std::function<void(SlaveState*)>
       falsify;                           // changes the sent state; empty: the true state is sent

@@ -51,7 +51,7 @@ class ObserverTest : public testing::Test {
 };
 
 // Reference: the fake's triangle, whose first corner is displaced by half a metre.
-TEST_F(ObserverTest, TheNewestMeshIsThereAndNobodyComputesItForNobody) {
+TEST_F(ObserverTest, MeshesAreComputedOnlyWhileTheyAreRead) {
   slave_.TakeSample();
   EXPECT_EQ(slave_.shapes_computed(), 0);
   Observer observer(To(server_->address()), {});
@@ -66,7 +66,7 @@ TEST_F(ObserverTest, TheNewestMeshIsThereAndNobodyComputesItForNobody) {
   EXPECT_EQ(observer.mesh_stats().trouble, "");
   observer.Need(User::kTable, {});
   int computed = slave_.shapes_computed(), samples_without = 0;
-  EXPECT_TRUE(Eventually([&] {  // the end of the stream takes its time to the slave
+  EXPECT_TRUE(Eventually([&] {  // the slave notices the end of the stream later
     slave_.TakeSample();
     std::this_thread::sleep_for(std::chrono::milliseconds(5));
     const int before = std::exchange(computed, slave_.shapes_computed());
@@ -77,7 +77,7 @@ TEST_F(ObserverTest, TheNewestMeshIsThereAndNobodyComputesItForNobody) {
   EXPECT_EQ(observer.mesh()->LargestDeflection(), 0.5) << "the last one stays";
 }
 
-TEST_F(ObserverTest, StopsAtOnceWhereNobodyIsAndTwiceIsFine) {
+TEST_F(ObserverTest, StopsAtOnceWithoutASlaveAndMayBeStoppedTwice) {
   const std::string address = server_->address();
   server_.reset();
   Observer observer(To(address), {});
@@ -115,7 +115,7 @@ class FakeMeshServer final : public v1::Teleoperation::Service {
   std::unique_ptr<grpc::Server> server_;
 };
 
-// A surface too large for gRPC's default of 4 MB a message comes whole.
+// A surface larger than gRPC's default limit of 4 MB per message is received completely.
 TEST_F(ObserverTest, LargeMeshesCome) {
   constexpr int kNodes = 500'000;
   v1::MeshState message;
@@ -145,7 +145,7 @@ TEST_F(ObserverTest, MeshesThatCannotBeAreCountedReportedAndNeverHandedOn) {
   EXPECT_THAT(observer.mesh_stats().trouble, HasSubstr("a mesh was rejected: rest is absent"));
 }
 
-TEST_F(ObserverTest, ImagesComeWithOverlaysAndNobodyMakesThemForNobody) {
+TEST_F(ObserverTest, ImagesHaveOverlaysAndAreMadeOnlyWhileTheyAreRead) {
   slave_.TakeSample();
   EXPECT_EQ(slave_.images_taken(), 0);
   Observer observer(Line(), {});

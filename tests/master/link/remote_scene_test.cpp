@@ -30,7 +30,7 @@ v1::SceneDescription GoodScene() {
   return scene;
 }
 
-TEST(RemoteSceneTest, WhatTheSlaveSaysIsTaken) {
+TEST(RemoteSceneTest, ReadsTheDescriptionOfTheSlave) {
   const RemoteScene remote = ToRemoteScene(GoodScene());
   EXPECT_EQ(remote.name, "block");
   EXPECT_EQ(remote.transform.position_scale, 0.5);

@@ -1,4 +1,4 @@
-// The master's line against a real server with a fake slave behind it.
+// Tests SlaveLink with a real gRPC server of a fake slave.
 #include "master/link/slave_link.h"
 
 #include <algorithm>
@@ -166,8 +166,7 @@ TEST_F(SlaveLinkTest, StatesThatTheLoopRejectsAreNotReportedAsUsed) {
   EXPECT_FALSE(slave_.commands().back().echo.has_value());
 }
 
-// A loop that stops renewing its command must be noticed by the slave: nothing is sent in its
-// place.
+// The slave must notice that a loop does not renew its command: the link does not repeat it.
 TEST_F(SlaveLinkTest, ACommandThatIsNotRenewedIsNotRepeated) {
   StartedLink link(To(server_->address()), loop_);
   ASSERT_TRUE(loop_.Until([&] { return link.stats().commands > 5; }));
@@ -217,7 +216,7 @@ class DatagramLinkTest : public SlaveLinkTest {
 };
 
 TEST_F(DatagramLinkTest, StatesAndCommandsTravelBothWaysAndTheNewestCounts) {
-  std::vector<std::uint64_t> received;  // by the link's threads, one at a time
+  std::vector<std::uint64_t> received;  // written by the link's threads, one at a time
   SlaveLink::Options options = WithDatagrams(server_->address());
   std::atomic<bool> keeps_keys{false};
   options.on_received = [&](const StateRecord& state) {
@@ -356,7 +355,7 @@ v1::DatagramOffer OfferOf(unsigned port, std::size_t command_key, std::size_t st
 
 // A firewall blocks datagrams, or a slave offers an impossible port: the stream continues, and this
 // is reported.
-TEST_F(DatagramLinkTest, WhereNoneComeThroughTheStreamGoesOnAndItIsReported) {
+TEST_F(DatagramLinkTest, WithoutDatagramsTheStreamContinuesAndThisIsReported) {
   constexpr unsigned kNobody = 9, kBeyond = 65536 + 9;
   struct Pair {
     explicit Pair(const v1::DatagramOffer& offer) : slave(Offers(offer)) {}
@@ -385,7 +384,7 @@ TEST_F(DatagramLinkTest, WhereNoneComeThroughTheStreamGoesOnAndItIsReported) {
 }
 
 // States of seconds ago, of another session, of after the end: none of them is rendered.
-TEST_F(DatagramLinkTest, NoDatagramTellsWhatIsOldOrAfterTheEnd) {
+TEST_F(DatagramLinkTest, OldAndLateDatagramsAreIgnored) {
   const DatagramLine::Keys keys{*DatagramKeyFrom(std::string(32, 's')),
                                 *DatagramKeyFrom(std::string(32, 'c'))};
   sockaddr_storage at{};
@@ -405,7 +404,7 @@ TEST_F(DatagramLinkTest, NoDatagramTellsWhatIsOldOrAfterTheEnd) {
     state.mutable_force()->set_y(3);
     line.Send(state.SerializeAsString());
   };
-  // Again and again: of those that are sent first, one in four goes.
+  // Repeated, because only one in four of the first datagrams is sent.
   for (int i = 0; i < 5; ++i) {
     for (std::uint64_t sequence = 1; sequence < 20; ++sequence) send(sequence);
   }

@@ -12,7 +12,7 @@ struct Row {
 
 class StatusWordsTest : public testing::TestWithParam<Row> {};
 
-TEST_P(StatusWordsTest, TellsWhatIsTheCase) {
+TEST_P(StatusWordsTest, StatesTheCause) {
   EXPECT_EQ(WordsOf({GetParam().code, GetParam().message}), GetParam().words);
 }
 

@@ -69,7 +69,7 @@ TEST(OperatorMotionPropertyTest, EngagingNeverMovesTheTool) {
     motion.SetSurface({true, Somewhere(&random).normalized(), 0.001, 0});
     Vector3d tip = Somewhere(&random);  // S
     for (std::uint32_t epoch = 1; epoch <= 4; ++epoch) {
-      // Clutched: the device moves, and commands nothing.
+      // Clutched: the device moves without commanding the tool.
       now.engaged = now.follows = false;
       const DeviceReading reading = At(Somewhere(&random));
       motion.Command(reading, transform, now);
@@ -236,7 +236,7 @@ TEST(OperatorMotionTest, ALostSurfaceReleasesNoJump) {
   EXPECT_NEAR(last, -0.001, 1e-15) << "it catches up";
 }
 
-TEST(OperatorMotionAllocationTest, ATickTakesNothingFromTheHeap) {
+TEST(OperatorMotionAllocationTest, ATickDoesNotAllocate) {
   std::mt19937_64 random(10);
   MotionOptions options;
   options.ParseLocks("z");

@@ -175,7 +175,7 @@ TEST_F(SessionRecordingTest, APartByItselfKnowsSceneAndTopology) {
   EXPECT_EQ(newest->topology->lines.size(), 1U);
 }
 
-TEST_F(SessionRecordingTest, SwitchedOffItKeepsNothingButSaysSo) {
+TEST_F(SessionRecordingTest, SwitchedOffItKeepsOnlySceneAndLog) {
   std::mt19937 random(3);
   {
     SessionRecording recording({.file = file_});
@@ -217,8 +217,8 @@ TEST_F(SessionRecordingTest, AnAlarmWhoseNumbersChangeIsOneLine) {
   EXPECT_THAT(alarms, testing::ElementsAre("slave: no sample for 5 s"));
 }
 
-// An hour without a tick: waited for, this test would not end.
-TEST_F(SessionRecordingTest, WhereNothingWasRecordedNobodyWaits) {
+// An hour without a tick must be skipped, otherwise this test would not end.
+TEST_F(SessionRecordingTest, TimesWithoutDataAreSkipped) {
   std::mt19937 random(3);
   {
     SessionRecording recording({.file = file_});

@@ -83,7 +83,7 @@ TEST(AlarmsTest, AFrozenImageIsReportedUnlessNothingIsSensed) {
 }
 
 // The operator's link is refused, so nobody operates; the slave's alarms are still reported.
-TEST(AlarmsTest, WhoWatchesSeesTheSlavesAlarmsWithoutAManipulator) {
+TEST(AlarmsTest, ObserversSeeTheSlavesAlarmsWithoutAManipulator) {
   StationMoment moment = Good();
   moment.status.link = {.answers = true, .observes = true};
   moment.ticks.newest.state = OperatorState::kDisconnected;

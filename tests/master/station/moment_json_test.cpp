@@ -57,7 +57,7 @@ TEST(MomentJsonTest, SaysWhatTheTickSays) {
 }
 
 // A state is no longer shown as the present one after a quarter of a second.
-TEST(MomentJsonTest, WhatWasReportedTooLongAgoIsNotKnown) {
+TEST(MomentJsonTest, DetailsThatAreTooOldAreUnknown) {
   StationMoment moment = Pressed();
   moment.status.fingers = {{"tool", {.force = Eigen::Vector3f(0, 1.5F, 0)}}};
   moment.slave_state.mutable_local_model()->set_revision(1);

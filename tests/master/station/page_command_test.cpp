@@ -36,7 +36,7 @@ TEST(PageCommandTest, ReadsWhatThePageSends) {
   EXPECT_FALSE(replay.playing);
 }
 
-// A pointer that does not say that it holds, holds nothing.
+// A pointer message without an explicit engagement does not engage.
 TEST(PageCommandTest, EngagingIsExplicit) {
   EXPECT_FALSE(std::get<PointerCommand>(ReadPageCommand(R"({"do":"pointer","at":3,"p_M":[0,0,0]})"))
                    .engaged);

@@ -21,7 +21,7 @@ TEST(PointerControlLockTest, TheFirstThatHoldsLeadsUntilItLetsGo) {
   EXPECT_TRUE(lead.Hears(kSecond, true, At(40)));
 }
 
-TEST(PointerControlLockTest, WhoHoldsSinceAnotherLedLetsGoFirst) {
+TEST(PointerControlLockTest, APageThatHeldWhileAnotherLedMustReleaseFirst) {
   PointerControlLock lead;
   EXPECT_TRUE(lead.Hears(kFirst, true, At(0)));
   EXPECT_FALSE(lead.Hears(kSecond, true, At(10)));
@@ -32,8 +32,8 @@ TEST(PointerControlLockTest, WhoHoldsSinceAnotherLedLetsGoFirst) {
   EXPECT_TRUE(lead.Hears(kSecond, true, At(1020)));
 }
 
-// A laptop that fell asleep keeps its connection.
-TEST(PointerControlLockTest, ASilentPageGivesWayAndDoesNotTakeItBack) {
+// A suspended laptop keeps its connection but sends nothing.
+TEST(PointerControlLockTest, ASilentPageLosesControlToAnotherPage) {
   PointerControlLock lead;
   EXPECT_TRUE(lead.Hears(kFirst, true, At(0)));
   EXPECT_FALSE(lead.Hears(kSecond, false, At(300))) << "nobody took it over";

@@ -1,4 +1,4 @@
-// A recording as its page meets it.
+// Tests a replay from the view of its page.
 #include "master/station/replay_station.h"
 
 #include <algorithm>
@@ -105,7 +105,7 @@ class ReplayStationTest : public testing::Test {
   std::jthread player_;
 };
 
-// Reference: the traces recorded: 1 ms, 3 ms and 1 ms, then 2 ms until the state left.
+// Reference: the recorded traces: 1 ms, 3 ms and 1 ms, then 2 ms until the state was sent.
 TEST_F(ReplayStationTest, TheWayFromTheLightToTheHandIsReported) {
   Open(0, 4);
   Json status;
@@ -157,7 +157,7 @@ TEST_F(ReplayStationTest, PausesAndGoesWhereItIsSent) {
 }
 
 // Before the first state there is no force.
-TEST_F(ReplayStationTest, NothingOfALaterMomentIsShown) {
+TEST_F(ReplayStationTest, LaterDataAreNotShown) {
   Open(0.4, 0.1);
   line_->SendText(R"({"do":"replay","playing":false})");
   const Json later =
@@ -172,7 +172,7 @@ TEST_F(ReplayStationTest, NothingOfALaterMomentIsShown) {
   EXPECT_TRUE(first["slave_state"].is_null());
 }
 
-TEST_F(ReplayStationTest, NothingThatMovesAHandIsHeard) {
+TEST_F(ReplayStationTest, CommandsThatMoveTheToolAreIgnored) {
   Open(0, 0.1);
   for (const char* command :
        {R"({"do":"stop"})", R"({"do":"reset"})", R"({"do":"set","force_scale":2})",

@@ -9,7 +9,7 @@ namespace {
 
 using testing::HasSubstr;
 
-TEST(SummaryTableTest, SaysWhatAPersonWantsToKnow) {
+TEST(SummaryTableTest, ShowsTicksForceErrorAndStatesOfASession) {
   Report report;
   report.scene = "silicone-block";
   report.duration = 20;

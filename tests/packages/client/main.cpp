@@ -1,4 +1,4 @@
-// Reads fifty states of the slave at HOST:PORT and prints how many came.
+// Reads fifty states of the slave at HOST:PORT and prints how many arrived.
 #include <cstdio>
 
 #include <grpcpp/grpcpp.h>

@@ -16,9 +16,9 @@ Eigen::Quaterniond AnyRotation(Dice* dice) {
       .normalized();
 }
 
-// Laws: the inverse, of position and rotation; nothing turns at the begin of the engagement; a turn
-// of the device about an axis of M turns the tool by the same angle about that axis in S; a
-// quaternion and its negative are one rotation.
+// Laws: the inverse of position and rotation; no rotation at the beginning of the engagement; a
+// rotation of the device about an axis of M rotates the tool by the same angle about that axis in
+// S; a quaternion and its negative are the same rotation.
 TEST(TeleopTransformTest, PositionsAndRotationsGoThereAndBack) {
   Dice dice(7);
   for (int i = 0; i < 2000; ++i) {

@@ -69,7 +69,7 @@ TEST(ClockOffsetTest, OnceSettledItSlewsAndNeverSteps) {
   EXPECT_NEAR(estimate.seconds(), 1e-3, 1e-6) << "it never arrived";
 }
 
-// A machine slept for ten minutes, during which its clock stood still.
+// A machine was suspended for ten minutes, during which its clock was stopped.
 TEST(ClockOffsetTest, AClockThatStoodStillIsFoundAgainAtOnce) {
   for (const double slept : {-600.0, 600.0}) {
     TwoClocks clocks(0);

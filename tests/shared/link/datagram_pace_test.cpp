@@ -1,4 +1,4 @@
-// When datagrams yield to the stream beside them, and when not.
+// Tests when datagrams yield to the stream and when not.
 #include <cmath>
 #include <deque>
 #include <functional>
@@ -13,8 +13,7 @@ namespace {
 
 constexpr double kTick = 5e-3;  // period of the states [s]
 
-// A line, and who answers at its end: feedback on those that size_received arrives a round trip
-// later.
+// A link and its peer: feedback about received datagrams arrives a round trip later.
 class PacedLine {
  public:
   std::function<bool()> loses = [] { return false; };
@@ -59,7 +58,7 @@ class DatagramPaceTest : public testing::Test {
   PacedLine line_;
 };
 
-TEST_F(DatagramPaceTest, WhoIsNotHeardIsSentFew) {
+TEST_F(DatagramPaceTest, AnAbsentPeerGetsFewDatagrams) {
   line_.round_trip = [] { return 1e9; };
   line_.Run(10);
   EXPECT_NEAR(line_.sent, DatagramPace::kMinShare * 10 / kTick, 2);
@@ -115,7 +114,7 @@ TEST_F(DatagramPaceTest, TheyYieldWhereTheStreamStalls) {
   EXPECT_EQ(line_.pace.share(), 1);
 }
 
-TEST_F(DatagramPaceTest, WhateverAPeerSaysTheShareStaysInItsBounds) {
+TEST_F(DatagramPaceTest, TheShareStaysInItsBoundsForAnyFeedback) {
   const double strange[] = {NAN, -1, 0, INFINITY, 1e-300, 1e300};
   std::uniform_int_distribution<std::uint64_t> any_count;
   std::uniform_int_distribution<std::size_t> any(0, std::size(strange) - 1);

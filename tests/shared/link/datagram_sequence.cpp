@@ -41,7 +41,8 @@ void RunDatagrams(Choices choices) {
   DatagramSealer sealer(kKey);
   DatagramOpener opener(kKey);
   std::vector<Sent> line;
-  std::size_t opened = 0;  // of the line, with those before: nothing of them opens again
+  // Number of opened datagrams, including earlier sessions; none of them may be accepted again.
+  std::size_t opened = 0;
   while (!choices.over()) {
     const std::size_t kind = choices.Below(4);
     if (kind == 0 || line.empty()) {

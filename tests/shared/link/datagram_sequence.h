@@ -5,7 +5,8 @@
 
 namespace palpate {
 
-// Throws std::logic_error where something opens that was not sealed, or not later than the last.
+// Throws std::logic_error if a datagram is accepted that was not sealed, or is not newer than the
+// last one.
 void RunDatagrams(Choices choices);
 
 }  // namespace palpate

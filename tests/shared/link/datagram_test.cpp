@@ -1,5 +1,5 @@
-// Datagrams between two ends: packets of strangers, replays, damaged ones and those of other
-// sessions change nothing.
+// Datagrams between two ends: packets of third parties, replays, damaged ones and those of other
+// sessions have no effect.
 #include <chrono>
 #include <functional>
 #include <memory>
@@ -56,7 +56,7 @@ TEST(SealFormat, IsThatOfTheContract) {
   EXPECT_EQ(sealed, expected);
 }
 
-TEST_F(SealTest, WhatWasSealedIsOpenedAndNothingOfItShows) {
+TEST_F(SealTest, SealedDataAreOpenedAndUnreadableOnTheWay) {
   for (const std::string& text : {std::string("x"), std::string(kMaxDatagram - kSealSize, 'y')}) {
     const Bytes sealed = Sealed(text);
     EXPECT_EQ(sealed.size(), text.size() + kSealSize);
@@ -183,7 +183,7 @@ class LineTest : public testing::Test {
   DatagramLine answerer_{DatagramLine::Role::kAnswers, Loopback(AF_INET), keys_, heard_.take()};
 };
 
-TEST_F(LineTest, StrangersAreNeitherHeardNorAnsweredAndCostTheOthersNothing) {
+TEST_F(LineTest, DatagramsOfStrangersAreIgnoredWithoutHarm) {
   const Stranger stranger(At());
   for (std::size_t size = 0; size < 2 * kMaxDatagram; ++size) stranger.Send(Bytes(size));
   answerer_.Send("state");

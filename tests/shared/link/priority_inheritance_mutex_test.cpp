@@ -30,7 +30,7 @@ void StayOnOneProcessor() {
 // On one processor, a normal thread holds the mutex, a real-time thread occupies the processor, and
 // a thread with higher priority waits for the mutex. Without priority inheritance the holder had
 // only the 5 % of the processor that the system reserves for normal threads: it took 4 s.
-TEST(PriorityInheritanceMutexTest, WhoeverHoldsItIsAsUrgentAsWhoeverWaits) {
+TEST(PriorityInheritanceMutexTest, TheOwnerInheritsThePriorityOfWaitingThreads) {
   constexpr double kHeld = 0.2, kKept = 1;  // [s] of the processor
   PriorityInheritanceMutex mutex;
   std::atomic<bool> held{false}, keeps{false}, got{false}, refused{false};

@@ -33,7 +33,7 @@ class Connection {
     close(listener_);
   }
 
-  // False: not with this system.
+  // Selects the congestion control. Returns false if this system does not have it.
   [[nodiscard]] bool Choose(const std::string& control) const {
     return setsockopt(near_, IPPROTO_TCP, TCP_CONGESTION, control.data(),
                       static_cast<socklen_t>(control.size())) == 0;

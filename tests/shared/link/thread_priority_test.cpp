@@ -14,7 +14,7 @@ int Policy() {
 }
 
 // Reference: sched(7). A process without the permission gets a report and keeps its priority.
-TEST(ThreadPriorityTest, IsTheThreadsOwnAndNotThatOfThoseItStarts) {
+TEST(ThreadPriorityTest, IsNotInheritedByNewThreads) {
   std::string refused;
   int own = -1, childs = -1;
   std::thread([&] {
@@ -27,7 +27,7 @@ TEST(ThreadPriorityTest, IsTheThreadsOwnAndNotThatOfThoseItStarts) {
   EXPECT_EQ(childs, SCHED_OTHER);
 }
 
-TEST(ThreadPriorityTest, WhatIsMadeSoHasUrgentThreadsOfItsOwnButForAWhile) {
+TEST(ThreadPriorityTest, ThreadsMadeInsideAreUrgentTheCallerIsNot) {
   int childs = -1, meanwhile = -1, afterwards = -1, reading = -1;
   MakeWithRealtimeThreads(kReadingPriority, [&] {
     std::thread([&] {

@@ -23,7 +23,8 @@ Vector3d At(const SurfaceMesh& surface, int node) {
   return surface.nodes[static_cast<std::size_t>(node)];
 }
 
-// Sum of the triangles' vector areas, of none if closed, and the volume by the divergence theorem.
+// Sum of the triangles' vector areas, zero for a closed surface, and the volume by the divergence
+// theorem.
 struct Enclosed {
   Vector3d area{0, 0, 0};
   double volume = 0;
@@ -116,7 +117,8 @@ TEST(SurfaceOfTest, IsClosedOutwardAndCompleteOnABox) {
   EXPECT_NEAR(enclosed.volume, 0.006, 1e-17);
 }
 
-// A box without its middle cell has two boundaries; the inner one faces into the hole.
+// A box without its central cell has two boundaries; the normals of the inner one point into the
+// hole.
 TEST(SurfaceOfTest, HasTheBoundaryOfACavityToo) {
   SolidMesh mesh = MeshBox({3, 3, 3}, {3, 3, 3});
   mesh.tets.erase(mesh.tets.begin() + 6 * 13, mesh.tets.begin() + 6 * 14);

@@ -25,7 +25,7 @@ TEST(MetricTest, IsWrittenAsThePagesThatReadItExpect) {
             "palpate_phase{phase=\"hold\"} 0\n");
 }
 
-TEST(MetricTest, WhatSomebodyCalledASceneCannotBreakTheLines) {
+TEST(MetricTest, ASceneNameCannotBreakTheFormat) {
   EXPECT_EQ(Label("scene", "a\"b\\c\nd"), "scene=\"a\\\"b\\\\c d\"");
 }
 

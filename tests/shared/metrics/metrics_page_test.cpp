@@ -64,7 +64,7 @@ class MetricsPageTest : public testing::Test {
 
 // Clients that send nothing or single bytes do not keep others from the page; they are disconnected
 // after a while.
-TEST_F(MetricsPageTest, WhoeverLingersIsLeftBehind) {
+TEST_F(MetricsPageTest, SlowClientsAreDisconnected) {
   constexpr int kMore = 24;  // more than the maximum number of clients
   std::vector<int> lingering;
   for (int i = 0; i < kMore; ++i) lingering.push_back(Connect());

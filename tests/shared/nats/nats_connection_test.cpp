@@ -72,7 +72,7 @@ class Port {
   std::string url_;
 };
 
-TEST(NatsConnection, WithoutAServerIsReportedOnceAndTakesNothing) {
+TEST(NatsConnection, AMissingServerIsReportedOnceAndMessagesAreDropped) {
   for (const bool is_open : {false, true}) {
     const Port port(is_open);
     std::mutex mutex;

@@ -21,7 +21,7 @@ PatchContact On(const SurfacePatch& patch) {
   contact.Take(patch, Law(patch, 1), 0, 0);
   return contact;
 }
-// Comes down at `x` to `depth` below y = 0, step by step.
+// Moves down at `x` to `depth` below y = 0, step by step.
 Vector3d Press(PatchContact* contact, double x, double depth) {
   Vector3d force(0, 0, 0);
   for (int i = 0; i <= 100; ++i)
@@ -54,7 +54,7 @@ TEST(PatchContactTest, TheLawScalesTheForceByDepth) {
   }
 }
 
-TEST(PatchContactTest, BesideThePatchNothingIsServed) {
+TEST(PatchContactTest, OutsideThePatchThereIsNoForce) {
   PatchContact contact = On(Roof(kK, 0, 3));
   EXPECT_TRUE(Press(&contact, 0.03, 2e-3).isZero(0));
   EXPECT_FALSE(contact.serves());
@@ -106,8 +106,8 @@ SurfacePatch TwoTools(double coupling) {
   return roof;
 }
 
-// Reference: the two contacts' equations by LU. Sweeps that converge by the square of the coupling,
-// 0.5^24, and carry on from the tick before.
+// Reference: the equations of both contacts, solved by LU. Each sweep reduces the error by the
+// square of the coupling (0.5^24 in total) and continues from the previous tick.
 TEST(PatchContactTest, TwoToolsShareWhatTheyPress) {
   const double coupling = 0.5;
   PatchContact contact = On(TwoTools(coupling));
@@ -121,12 +121,12 @@ TEST(PatchContactTest, TwoToolsShareWhatTheyPress) {
 
 // Reference: complementarity. The other tool does not touch the surface that the deeper tool has
 // moved away from it.
-TEST(PatchContactTest, AToolWhoseSurfaceIsPressedAwayByAnotherFeelsNothing) {
+TEST(PatchContactTest, AToolWhoseSurfaceIsPressedAwayByAnotherHasNoForce) {
   PatchContact contact = On(TwoTools(0.9));
   EXPECT_TRUE(Press(&contact, 0.02 * (1 - 1e-6), 0.5e-3).isZero(0));
 }
 
-TEST(PatchContactTest, NothingAllocatesAndNothingThatIsNoNumberIsShown) {
+TEST(PatchContactTest, DoesNotAllocateAndReturnsFiniteForces) {
   PatchRender render;
   const SurfacePatch one = TwoTools(0.5);
   SurfacePatch other = one;
@@ -184,7 +184,7 @@ TEST(PatchContactTest, ASurfaceThatMovesIsCarriedOn) {
 
 // Reference: a passive spring. On any closed path that begins and ends outside, it returns no more
 // energy than it received.
-TEST(PatchContactTest, AClosedWayGivesNothing) {
+TEST(PatchContactTest, AClosedPathDeliversNoEnergy) {
   for (const int directions : {1, 3}) {
     PatchContact contact = On(Roof(kK, 0, directions, 0.1));
     Vector3d p(0.012, 1e-3, 0), force = contact.ForceAt(p, 1, 1);

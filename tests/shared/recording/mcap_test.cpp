@@ -98,7 +98,7 @@ TEST_F(McapTest, WhatFollowsItsEndIsReportedWithItsPlace) {
   }
 }
 
-// After a cut at any byte, all that was flushed before it is there, and nothing that was not
+// After truncation at any byte, all data flushed before it can be read, and no data that was not
 // written.
 TEST_F(McapTest, CutAtAnyByteItKeepsWhatWasFlushedBefore) {
   const auto written = WriteSmall(file_);

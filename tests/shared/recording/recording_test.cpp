@@ -63,7 +63,7 @@ TEST_F(RecordingTest, KeepsTheOrderOfEachThreadAndLosesNothing) {
   EXPECT_TRUE(reader.mcap().is_whole());
 }
 
-TEST_F(RecordingTest, WhatIsMadeLateIsMadeByAnotherThread) {
+TEST_F(RecordingTest, ExpensiveMessagesAreMadeByAnotherThread) {
   std::atomic<bool> elsewhere{false};
   const auto here = std::this_thread::get_id();
   {
@@ -135,7 +135,7 @@ TEST_F(RecordingTest, OneThatFallsBehindIsReportedUntilItHasCaughtUp) {
 }
 
 // The writer takes all of these from the queue at once.
-TEST_F(RecordingTest, WhatIsDoneIsInTheFileWhileMoreIsMade) {
+TEST_F(RecordingTest, FinishedMessagesAreInTheFileWhileOthersAreMade) {
   std::atomic<bool> last_began{false}, released{false};
   Recording recording({.file = file_});
   const auto a = recording.Open("/a", v1::SlaveState());

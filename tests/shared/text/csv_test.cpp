@@ -40,7 +40,7 @@ std::filesystem::path Write(const std::string& text) {
   return scratch.Write("table.csv", text);
 }
 
-TEST(CsvLinesTest, PassesOverWhatIsNoRow) {
+TEST(CsvLinesTest, SkipsLinesThatAreNoRows) {
   CsvLines lines(Write("\xEF\xBB\xBF a , b\r\n\n# c\n,1,\n2"));
   ASSERT_TRUE(lines.Next());
   EXPECT_THAT(lines.cells(), testing::ElementsAre("a", "b"));
@@ -95,7 +95,7 @@ TEST(CsvTableTest, FindsColumnsAndQuotesNothingThatMovesTheCursor) {
               HasSubstr("column a appears twice"));
 }
 
-// The same row as programs of other people write it. Reference: the row itself.
+// The same row in the formats of other programs. Reference: the row itself.
 TEST(CsvTableTest, ADialectDoesNotChangeTheNumbers) {
   std::string utf16 = "\xFF\xFE";
   for (const char c : std::string("name,x,y\r\na,0.5,-2\r\n")) (utf16 += c) += '\0';

@@ -56,7 +56,7 @@ TEST(ShownTest, IsUtf8WhateverItIsGiven) {
 
 // C0, DEL, C1 (U+009B begins a terminal's sequence), bidi overrides and isolates, line separators,
 // bytes that are no UTF-8. Letters of two, three and four bytes stay and count as one.
-TEST(PresentableTest, NothingMovesACursorOrTurnsTheWriting) {
+TEST(PresentableTest, ContainsNoCursorOrDirectionControls) {
   EXPECT_EQ(Presentable("a\xE2\x80z\xC3\x80\x80", 20), "a  z\xC3\x80 ");
   EXPECT_EQ(Presentable("a\nb\x1b[2Jc\x7f", 20), "a b [2Jc ");
   EXPECT_EQ(Presentable("a\xC2\x9B"

@@ -42,7 +42,7 @@ TEST(StateMessageTest, OneFingerIsTheToolAndIsNotSentTwice) {
   EXPECT_EQ(message.fingers_size(), kMaxFingers);
 }
 
-TEST(StateMessageTest, OfMoreFingersThanAHandHasTheFirstAreRead) {
+TEST(StateMessageTest, OfTooManyFingersTheFirstAreRead) {
   v1::SlaveState message = FullMessage();
   while (message.fingers_size() < 9) *message.add_fingers() = message.fingers(0);
   EXPECT_EQ(Read(message).finger_count, kMaxFingers);
@@ -117,7 +117,7 @@ TEST(StateMessageTest, TheLargestPlanarStateFitsInto256Bytes) {
   EXPECT_GE(message.ByteSizeLong(), kMaxStateBytes - 16) << "the test no longer looks at the worst";
 }
 
-TEST(StateMessageTest, WhatANewerSlaveMayHaveAddedIsReadWithCare) {
+TEST(StateMessageTest, UnknownEnumerationValuesBecomeSafeOnes) {
   v1::SlaveState message = FullMessage();
   message.set_validity(static_cast<v1::Validity>(77));
   message.set_phase(static_cast<v1::Phase>(77));

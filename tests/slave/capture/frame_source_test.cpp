@@ -82,7 +82,7 @@ TEST_F(FrameSourceTest, FilesComeOnceInOrderWithStampsAtTheScenesRate) {
   EXPECT_FALSE(source->Next({})) << "an ended source stays ended";
 }
 
-TEST_F(FrameSourceTest, WhereANumberIsMissingTimeGoesOnAndIsReported) {
+TEST_F(FrameSourceTest, AtAMissingNumberTheTimeAdvancesAndItIsReported) {
   WriteNumbered(scratch, 12);
   for (const char* name : {"f4.png", "f5.png"}) std::filesystem::remove(scratch.path() / name);
   const DrivenClock clock;

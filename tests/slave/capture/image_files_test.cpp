@@ -69,7 +69,7 @@ TEST(ReadImageTest, WhatIsNoImageIsRefusedByNameAndNumber) {
               testing::HasSubstr("image 4 cannot be opened"));
 }
 
-// A PNG that says how large it is and has no pixels: 16 bit, three colours and alpha.
+// Returns a PNG header with this size and without pixels: 16 bit, three colours and alpha.
 std::string PngHeader(std::uint32_t width, std::uint32_t height) {
   const auto number = [](std::uint32_t n) {
     std::string bytes;

@@ -57,7 +57,7 @@ PushedImage Push(Encoding encoding, const std::string& data, int width = 0, int 
 
 class ImageInboxTest : public testing::Test {
  protected:
-  // A sample 1/30 s after the last, of a clock 50 s behind ours.
+  // Returns a sample 1/30 s after the last. The sender's clock is 50 s behind the slave's.
   PushedSample Sample(const PushedImage& image) {
     now_ += Seconds(1.0 / 30);
     PushedSample sample;
@@ -186,7 +186,7 @@ TEST_F(ImageInboxTest, OrderAndPaceAreKept) {
 
 // Reference: arithmetic. 100 images per second are allowed, and after a silence of 5 s once as many
 // as fit into it.
-TEST(PaceLimitTest, WhatASilenceHeldUpIsAllowedAndAFloodIsNot) {
+TEST(PaceLimitTest, ABurstAfterASilenceIsAllowedAFloodIsNot) {
   const auto allowed = [](PaceLimit& pace, Time now, double apart) {
     int count = 0;
     for (; count < 10000 && pace.Allows(now); ++count) now += Seconds(apart);

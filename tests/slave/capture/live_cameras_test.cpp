@@ -121,7 +121,7 @@ TEST(LiveCamerasTest, AStreamThatDoesNotAnswerIsGivenUp) {
 }
 
 // Behaves like a GStreamer pipeline whose source sends nothing.
-TEST(LiveCamerasTest, AnEyeWhoseOpeningNeverEndsIsReportedAndGivenUp) {
+TEST(LiveCamerasTest, ACameraWhoseOpeningNeverEndsIsReported) {
   auto held = std::make_shared<std::promise<void>>();
   const CameraInput mute{"stream of nobody", [held] {
                            held->get_future().wait();
@@ -161,7 +161,7 @@ TEST(LiveCamerasTest, ImagesOfAnotherSizeThanTheScenesAreRefusedAtOnce) {
                   HasSubstr("camera 0: 6 x 4 px: expected 640 x 480 px, the size in the scene")));
 }
 
-TEST(LiveCamerasTest, WhatTurnsIntoAnotherSizeIsLeftOutAndReportedUntilItIsAsBefore) {
+TEST(LiveCamerasTest, ImagesOfAnotherSizeAreDroppedAndReported) {
   FakeCamera camera;
   const auto source = FramesOf({camera.Input("camera 0")}, {});
   const Ending ending({&camera});

@@ -92,7 +92,7 @@ TEST_F(StereoFilesTest, PairsComeOnceInTheOrderOfTheirNumbersWithStampsAtTheRate
   }
 }
 
-TEST_F(StereoFilesTest, ImagesMissingOnEitherSideDoNotPairWhatDoesNotBelongTogether) {
+TEST_F(StereoFilesTest, MissingImagesDoNotCauseWrongPairs) {
   WritePairs(scratch, 5);
   std::filesystem::remove(scratch.path() / "l2.png");
   std::filesystem::remove(scratch.path() / "r3.png");

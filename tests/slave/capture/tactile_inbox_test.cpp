@@ -29,7 +29,7 @@ Time At(double t) {
   return kStart + Seconds(t);
 }
 
-Tactile Scened(const std::vector<std::string>& names, double rate = 100) {
+Tactile SceneTactile(const std::vector<std::string>& names, double rate = 100) {
   Tactile tactile;
   tactile.source = Tactile::Source::kStream;
   tactile.rate = rate;
@@ -78,7 +78,7 @@ bool IsAsleep(pid_t thread) {
   return text[text.rfind(')') + 2] == 'S';
 }
 
-// Takes frames until it waits for more.
+// Takes all available frames.
 std::vector<TactileFrame> TakeAll(TactileInbox* inbox) {
   std::vector<TactileFrame> frames;
   std::stop_source stop;
@@ -98,7 +98,7 @@ std::vector<TactileFrame> TakeAll(TactileInbox* inbox) {
 }
 
 TEST(TactileInboxTest, SamplesAtTheScenesRateAreTheFrames) {
-  TactileInbox inbox(Scened({"rf"}));
+  TactileInbox inbox(SceneTactile({"rf"}));
   Driver driver(&inbox, "rf");
   const double jitter[] = {0, 0.002, -0.002, 0.001};
   std::vector<double> times;
@@ -124,7 +124,7 @@ TEST(TactileInboxTest, SamplesAtTheScenesRateAreTheFrames) {
 class OtherRateTest : public ::testing::TestWithParam<double> {};
 
 TEST_P(OtherRateTest, IsResampledToTheScenesRate) {
-  TactileInbox inbox(Scened({"rf"}));
+  TactileInbox inbox(SceneTactile({"rf"}));
   Driver driver(&inbox, "rf");
   std::vector<TactileFrame> frames;
   const int batch = 40;
@@ -151,7 +151,7 @@ INSTANTIATE_TEST_SUITE_P(Rates, OtherRateTest,
 
 // Two senders whose clocks are a year apart and whose samples do not coincide.
 TEST(TactileInboxTest, FingersMeetOnTheSlavesClock) {
-  TactileInbox inbox(Scened({"ff", "th"}));
+  TactileInbox inbox(SceneTactile({"ff", "th"}));
   Driver ff(&inbox, "ff");
   Driver th(&inbox, "th", 3.2e7);
   for (int i = 0; i < 50; ++i) {
@@ -168,7 +168,7 @@ TEST(TactileInboxTest, FingersMeetOnTheSlavesClock) {
 }
 
 TEST(TactileInboxTest, ASilentFingerIsAbsentAndReturnsAfterAGap) {
-  TactileInbox inbox(Scened({"ff", "th"}));
+  TactileInbox inbox(SceneTactile({"ff", "th"}));
   Driver ff(&inbox, "ff");
   Driver th(&inbox, "th");
   std::vector<TactileFrame> frames;
@@ -187,7 +187,7 @@ TEST(TactileInboxTest, ASilentFingerIsAbsentAndReturnsAfterAGap) {
 }
 
 TEST(TactileInboxTest, AFewMissingSamplesAreFilled) {
-  TactileInbox inbox(Scened({"rf"}));
+  TactileInbox inbox(SceneTactile({"rf"}));
   Driver driver(&inbox, "rf");
   for (int i = 0; i < 30; ++i) {
     if (i != 12 && i != 20 && i != 21) driver.Send(0.01 * i);
@@ -201,7 +201,7 @@ TEST(TactileInboxTest, AFewMissingSamplesAreFilled) {
 }
 
 TEST(TactileInboxTest, WhatIsNotTakenIsReplacedByWhatIsNew) {
-  TactileInbox inbox(Scened({"rf"}));
+  TactileInbox inbox(SceneTactile({"rf"}));
   Driver driver(&inbox, "rf");
   driver.Send(0);
   EXPECT_EQ(TakeAll(&inbox).size(), 1U);
@@ -214,7 +214,7 @@ TEST(TactileInboxTest, WhatIsNotTakenIsReplacedByWhatIsNew) {
 }
 
 TEST(TactileInboxTest, PosesTravelWithTheSamples) {
-  TactileInbox inbox(Scened({"rf"}, 100));
+  TactileInbox inbox(SceneTactile({"rf"}, 100));
   for (int i = 0; i < 3; ++i) {
     FingerReading reading = Reading(0.02 * i);
     reading.X_SF = Eigen::Translation3d(0.5 * i, 0, 0) *
@@ -229,7 +229,7 @@ TEST(TactileInboxTest, PosesTravelWithTheSamples) {
 }
 
 TEST(TactileInboxTest, SaysWhatItRefuses) {
-  TactileInbox inbox(Scened({"ff", "th"}));
+  TactileInbox inbox(SceneTactile({"ff", "th"}));
   ASSERT_FALSE(inbox.Feed("ff", 7, At(1), Reading(1), At(1)));
   const auto why = [&](const char* finger, std::uint64_t sequence, double t,
                        const FingerReading& reading) {
@@ -263,7 +263,7 @@ TEST(TactileInboxTest, SaysWhatItRefuses) {
 }
 
 TEST(TactileInboxTest, AfterOneHasLeftTheNextSendersClockStartsAgain) {
-  TactileInbox inbox(Scened({"rf"}));
+  TactileInbox inbox(SceneTactile({"rf"}));
   Driver first(&inbox, "rf", 1000);
   for (int i = 0; i < 10; ++i) EXPECT_EQ(first.Send(0.01 * i), "");
   Driver second(&inbox, "rf", -1000);
@@ -281,7 +281,7 @@ TEST(TactileInboxTest, AfterOneHasLeftTheNextSendersClockStartsAgain) {
 }
 
 TEST(TactileInboxTest, AFingerHasOneSenderUntilItIsSilentForASecond) {
-  TactileInbox inbox(Scened({"rf"}));
+  TactileInbox inbox(SceneTactile({"rf"}));
   const auto feed = [&](std::uint64_t sequence, double t, TactileInbox::SenderId sender) {
     const auto refusal = inbox.Feed("rf", sequence, At(t), Reading(t), At(t), sender);
     return refusal ? refusal->why : "taken";
@@ -293,7 +293,7 @@ TEST(TactileInboxTest, AFingerHasOneSenderUntilItIsSilentForASecond) {
   inbox.Leave("rf", 8);  // another driver's finger
   EXPECT_EQ(feed(21, 0.22, 7), "taken");
   EXPECT_THAT(feed(1, 1.21, 8), HasSubstr("is already fed"));
-  EXPECT_EQ(feed(1, 1.23, 8), "taken");  // whatever the sequence and clock of the other
+  EXPECT_EQ(feed(1, 1.23, 8), "taken");  // independent of sequence and clock of the other driver
   EXPECT_THAT(feed(22, 1.24, 7), HasSubstr("is already fed"));
   inbox.Leave("rf", 8);
   EXPECT_EQ(feed(1, 1.25, 9), "taken");
@@ -301,8 +301,8 @@ TEST(TactileInboxTest, AFingerHasOneSenderUntilItIsSilentForASecond) {
 
 // A sender with one sample per 0.9 s or with repeated samples does not keep the finger: the driver
 // at 100 Hz is accepted within ten of its periods and stays.
-TEST(TactileInboxTest, WhoSendsNowAndThenKeepsNoDriverOut) {
-  TactileInbox inbox(Scened({"rf"}));
+TEST(TactileInboxTest, ARareSenderDoesNotBlockADriver) {
+  TactileInbox inbox(SceneTactile({"rf"}));
   const auto takes = [&](double sensed, double t, TactileInbox::SenderId sender) {
     return !inbox.Feed("rf", 0, At(sensed), Reading(t), At(t), sender);
   };
@@ -316,7 +316,7 @@ TEST(TactileInboxTest, WhoSendsNowAndThenKeepsNoDriverOut) {
 
 // Two drivers and a reader at once; also runs under the thread sanitizer.
 TEST(TactileInboxTest, TwoThreadsFeedWhileOneReads) {
-  TactileInbox inbox(Scened({"ff", "th"}, 1000));
+  TactileInbox inbox(SceneTactile({"ff", "th"}, 1000));
   std::stop_source stop;
   std::atomic<int> frames{0}, whole{0};
   std::jthread reader([&] {
@@ -346,11 +346,11 @@ TEST(TactileInboxTest, TwoThreadsFeedWhileOneReads) {
   EXPECT_GE(whole, 299);  // the first frame may lack the finger whose driver came later
 }
 
-// Whatever order, delay, clock and rate: times rise, counts are finite, nothing blocks.
+// For any order, delay, clock and rate: times increase, counts are finite, and no call blocks.
 TEST(TactileInboxTest, WildStreamsGiveOrderedFiniteFrames) {
   std::mt19937 random(3);
   std::uniform_real_distribution<double> uniform(0, 1);
-  TactileInbox inbox(Scened({"a", "b", "c"}));
+  TactileInbox inbox(SceneTactile({"a", "b", "c"}));
   const char* names[] = {"a", "b", "c"};
   double sent[] = {0, 1e6, -1e6};
   double now = 0;
@@ -376,7 +376,7 @@ TEST(TactileInboxTest, WildStreamsGiveOrderedFiniteFrames) {
 }
 
 TEST(TactileInboxTest, ASampleAllocatesNothing) {
-  TactileInbox inbox(Scened({"ff", "th"}));
+  TactileInbox inbox(SceneTactile({"ff", "th"}));
   const FingerReading reading = Reading(1);
   const long before = AllocationCount();
   for (int i = 0; i < 1000; ++i) {

@@ -189,7 +189,7 @@ TEST(RecordedTactileTest, PausesLongerThanThreePeriodsAreGaps) {
 }
 
 // Reference: counts are 1000 t + i, so linear interpolation is exact to a float's rounding.
-TEST(RecordedTactileTest, ResamplingIsLinearAndMakesNothingUpInsideAGap) {
+TEST(RecordedTactileTest, ResamplingIsLinearAndDoesNotBridgeGaps) {
   const Scratch scratch;
   const std::vector<double> t{0.5, 0.513, 0.529, 0.541, 0.56, 0.723, 0.736};
   const auto frames = AllFrames(SceneOf(scratch.Write("touch.csv", Recording(t)), 200));

@@ -49,7 +49,7 @@ TEST(CheckStereoTest, TheMembranesCamerasAreReported) {
           "31 of 31 points in the last of 15 images; the rest shape comes from the first 10"));
 }
 
-// A press within half the thickness is the closed form's, if the tolerance allows.
+// For a press within half the thickness `auto` chooses the closed form, if the tolerance permits.
 TEST(CheckStereoTest, AutoFollowsThePress) {
   const auto scene = kScenes / "rubber-membrane.yaml";
   EXPECT_THAT(OutputOf(scene, {"model={kind: auto}"}),
@@ -59,7 +59,7 @@ TEST(CheckStereoTest, AutoFollowsThePress) {
       HasSubstr("model          plate: auto: plate, as in the scene: the cheapest that meets"));
 }
 
-TEST(CheckStereoTest, WhatMovesAsAWholeTellsNoForce) {
+TEST(CheckStereoTest, ARigidlyMovingTargetHasNoForce) {
   const std::string output = OutputOf(kScenes / "heart-target.yaml");
   EXPECT_THAT(output, HasSubstr("none: the object has no fixed boundary"));
   EXPECT_THAT(output, HasSubstr("up to 31 windows of 31 px"));

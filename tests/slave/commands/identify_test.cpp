@@ -367,7 +367,7 @@ class PressTable : public IdentifyCommand {
 };
 
 // `identify` finds the modulus from the forces that `solve` computed under a round or flat tool.
-TEST_F(PressTable, FindsTheModulusOfWhatSolveAnswersUnderTheScenesTool) {
+TEST_F(PressTable, FindsTheModulusFromAnswersOfSolve) {
   const path contacts = Write("contacts.csv",
                               "case,x,y,z,dx,dy,dz\na,0.02,0.02,0.02,0,0,-0.001\n"
                               "b,0.02,0.02,0.02,0,0,-0.002\n");
@@ -450,7 +450,7 @@ TEST_F(IdentifyCommand, RefusesWithASentence) {
 
 // A block of 127 kPa is pressed before a camera, and its true force is known. The images then give
 // the modulus, whatever the scene states. Tolerance: the errors of model and cameras in the force.
-TEST_F(IdentifyCommand, ImagesAndAKnownForceTellTheModulus) {
+TEST_F(IdentifyCommand, ImagesAndAKnownForceDetermineTheModulus) {
   const path block = SourcePath("/deploy/scenes/silicone-block.yaml");
   const path out = folder_ / "block";
   RunOffline(LoadScene(block, {"operator.press={depth: 4 mm, speed: 40 mm/s}"}),

@@ -27,7 +27,7 @@ struct Screen {
   }
 };
 
-TEST(ProgressBarTest, WorkThatIsOverAtOnceSaysNothing) {
+TEST(ProgressBarTest, ShortWorkPrintsNothing) {
   for (const bool terminal : {true, false}) {
     Screen screen{.is_terminal = terminal};
     {

@@ -77,7 +77,7 @@ TEST_F(RunningSceneTest, AnotherSceneIsDecidedAgain) {
 }
 
 // The decision of a complete study replaces the quick one.
-TEST_F(RunningSceneTest, WhatStudyFindsIsWhatRunsFromThenOn) {
+TEST_F(RunningSceneTest, TheResultOfAStudyIsUsedAfterwards) {
   StudyOptions options{.scene = file_, .overrides = {}, .out = folder_ / "study", .budget = 1};
   ASSERT_EQ(RunStudyCommand(options, {}), 0);
   ASSERT_EQ(Kept().size(), 1U);

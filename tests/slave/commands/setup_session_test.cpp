@@ -170,7 +170,7 @@ TEST_F(SetupSessionTest, OtherCamerasFoldersAndFilesAreRefused) {
   EXPECT_THROW(session_.Check(climbing, nullptr), std::invalid_argument);
 }
 
-// A person wrote the first scene; three follow. Each is loaded by the name that the guide states.
+// The first scene was written by hand; three follow. Each is loaded by the name given in the guide.
 TEST_F(SetupSessionTest, TheSceneBeforeIsKeptAndAFolderWithoutLinksIsAdopted) {
   const auto folder = saved_.path() / "scenes", file = folder / "scene.yaml";
   const SceneProposal own = Proposal("101 kPa");

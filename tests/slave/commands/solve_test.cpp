@@ -59,7 +59,7 @@ class SolveTest : public FolderTest {
     Outcome outcome;
     outcome.exit_code = RunSolve(options_);
     outcome.message = testing::internal::GetCapturedStderr();
-    if (outcome.exit_code == 2) return outcome;  // nothing was written
+    if (outcome.exit_code == 2) return outcome;  // no output was written
     std::ifstream stream(options_.out);
     std::string line;
     std::vector<std::string> names;
@@ -108,7 +108,7 @@ TEST_F(SolveTest, WritesOneRowPerRowInTheContractsColumns) {
   EXPECT_THAT(outcome.message, HasSubstr("bem2d, 120 degrees of freedom"));
 }
 
-// A body that nothing holds follows the tool: its force is zero, whatever the model.
+// A body without supports follows the tool: the force is zero with any model.
 TEST_F(SolveTest, OneContactOnAnObjectWithoutSupportsIsRefused) {
   for (const char* kind : {"bem2d", "fem"}) {
     const bool is_volume = std::string(kind) == "fem";
@@ -157,8 +157,8 @@ TEST_F(SolveTest, RowsWithoutAWidthAreAsWideAsTheTool) {
   }
 }
 
-// A scene's round tool presses the rows that name none of another shape, and its extent is that of
-// the scene unless a column states it.
+// The scene's round tool presses all rows that do not name a tool of another shape. Its extent is
+// that of the scene unless a column states it.
 TEST_F(SolveTest, RowsArePressedByTheScenesTool) {
   options_.scene =
       Write("round.yaml", std::string(kBlock) + "tool: {shape: round, radius: 20 mm}\n");
@@ -180,8 +180,8 @@ TEST_F(SolveTest, RowsArePressedByTheScenesTool) {
   EXPECT_EQ(whole.rows.at(0).at("validity"), "valid") << whole.message;
 }
 
-// Reference: its limit under refinement, 2.35 N by 9 mm of thickness; the one element under the
-// tool is 6 % off, three are exact by the division.
+// Reference: the limit under refinement, 2.35 N for 9 mm of thickness. With one element under the
+// tool the error is 6 %; with three the tool's width is exact.
 TEST_F(SolveTest, ElementsThatAreNotTheToolAreFlagged) {
   options_.scene = Write(
       "tool.yaml", std::string(kBlock) + "tool: {shape: flat, width: 5.87 mm, depth: whole}\n");
@@ -308,7 +308,7 @@ TEST_F(SolveTest, RefusesUnusablePaths) {
   EXPECT_THAT(outcome.message, HasSubstr("cannot be written"));
 }
 
-// The scene and the rows must be there afterwards, by whatever path they are named.
+// Scene and rows must still exist afterwards, whatever path is used for the output.
 TEST_F(SolveTest, WritesOverNothingItReads) {
   const std::string contacts = std::string(kHeader) + "A," + kMiddle + "\n";
   RunContacts(contacts);

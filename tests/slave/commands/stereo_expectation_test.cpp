@@ -41,7 +41,7 @@ StereoRig ParallelRig() {
   return rig;
 }
 
-// Reference: parallel cameras, z = f b / d with a disparity d of two places of sigma each:
+// Reference: parallel cameras, z = f b / d with a disparity d from two positions with sigma each:
 // sigma_z = z^2 / (f b) sqrt(2) sigma; x = z (u_l + u_r) / 2f, y alike: sigma_x = z / f sigma /
 // sqrt(2), on the axis.
 TEST(StereoExpectationTest, DepthIsAsUncertainAsTheDisparity) {

@@ -57,7 +57,7 @@ TEST(StopOnSignalTest, ARecordingIsWrittenToItsEnd) {
 // A command ends as soon as it is done, also when its waiting thread sleeps already. Reference: a
 // thread that waits for its stop token alone. The shortest of 21 ends counts: other programs make
 // some of them longer, a thread that polls makes all of them longer.
-TEST(StopOnSignalTest, ItsEndWaitsForNothing) {
+TEST(StopOnSignalTest, ItEndsWithoutDelay) {
   using std::chrono::steady_clock;
   const auto shortest_end = [](const auto& begin) {
     std::vector<steady_clock::duration> times;

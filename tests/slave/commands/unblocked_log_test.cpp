@@ -66,7 +66,7 @@ TEST_F(UnblockedLogTest, ALineThatIsTooLongIsShortened) {
 }
 
 // The signal that ends who writes into a broken pipe.
-TEST_F(UnblockedLogTest, AReaderThatHasGoneEndsNobody) {
+TEST_F(UnblockedLogTest, AClosedReaderDoesNotEndTheProgram) {
   close(ends_[0]);
   log_->warn("to nobody");
   ends_[0] = open("/dev/null", O_RDONLY);

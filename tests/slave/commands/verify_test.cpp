@@ -1,4 +1,4 @@
-// `palpate-slave verify` with files: the truth is what the test put into them.
+// Tests `palpate-slave verify` with files whose true values are set by the test.
 #include "slave/commands/verify/verify.h"
 
 #include <cmath>

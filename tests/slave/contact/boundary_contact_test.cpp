@@ -117,7 +117,8 @@ TEST_F(BlockContactTest, ATipOnTheBoundaryIsNotYetInContact) {
 }
 
 TEST_F(BlockContactTest, MayEnterElsewhereInTheMoveThatLeft) {
-  // A U: out of the left arm's inner wall, over the gap, into the right arm.
+  // A U-shaped body: the path leaves through the inner wall of the left arm, crosses the gap and
+  // enters the right arm.
   BoundaryContact u(
       MeshPolygon({{{0, 0}, {5, 0}, {5, 4}, {3, 4}, {3, 1}, {2, 1}, {2, 4}, {0, 4}}, {}}, 60), 0);
   u.Move({2.5, 3});

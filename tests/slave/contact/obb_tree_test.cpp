@@ -58,7 +58,7 @@ TEST(ObbTreeTest, FindsTheFirstEntryThatTryingEveryElementFinds) {
       EXPECT_LT((entry->p_O - p).norm(), 1e-11) << "body " << body << " path " << i;
     }
   }
-  EXPECT_GT(entries, 3000);  // the comparison is not about nothing
+  EXPECT_GT(entries, 3000);  // there are enough entries for the comparison
 }
 
 // Reference: the smallest distance over all elements, as in FindElement. The result is equal, since

@@ -84,7 +84,7 @@ std::array<Vector3d, 3> CornersOf(const SurfaceMesh& surface, std::size_t triang
 
 // Distance of `p` from a triangle by trying every subset of its corners: the least squares
 // combination of them is its closest point if no weight is negative.
-double DistanceByForce(const Vector3d& p, const std::array<Vector3d, 3>& abc) {
+double DistanceByAllSubsets(const Vector3d& p, const std::array<Vector3d, 3>& abc) {
   double least = kInfinity;
   for (const Vector3d& corner : abc) least = std::min(least, (p - corner).norm());
   for (std::size_t i = 0; i < 3; ++i) {
@@ -100,7 +100,7 @@ double DistanceByForce(const Vector3d& p, const std::array<Vector3d, 3>& abc) {
   return least;
 }
 
-// Anywhere around, and from the nodes, edges and faces themselves, on them and above them.
+// Returns random points around the surface, and points on and above its nodes, edges and faces.
 std::vector<Vector3d> Probes(const SurfaceMesh& surface, double scale, std::mt19937* random) {
   std::vector<Vector3d> probes;
   for (int i = 0; i < 60; ++i) probes.push_back(RandomVector(random, scale));
@@ -128,7 +128,7 @@ TEST(SurfaceContactTest, FindsTheClosestPlaceThatTryingEveryTriangleFinds) {
         ASSERT_TRUE(place) << body.name;
         double least = kInfinity;
         for (std::size_t t = 0; t < body.surface.triangles.size(); ++t) {
-          least = std::min(least, DistanceByForce(p, CornersOf(body.surface, t)));
+          least = std::min(least, DistanceByAllSubsets(p, CornersOf(body.surface, t)));
         }
         EXPECT_NEAR(place->distance / scale, least / scale, 1e-12) << body.name;
         EXPECT_NEAR((p - place->p_O).norm() / scale, place->distance / scale, 1e-14);
@@ -145,8 +145,8 @@ TEST(SurfaceContactTest, FindsTheClosestPlaceThatTryingEveryTriangleFinds) {
   }
 }
 
-// Reference: how often the surface winds round the point. Points nearer than 1e-9 to the surface
-// are left out: there rounding decides.
+// Reference: the winding number of the surface about the point. Points closer than 1e-9 to the
+// surface are left out because of rounding.
 TEST(SurfaceContactTest, TellsInsideFromOutsideAlsoAtSpikesAndHollows) {
   std::mt19937 random(2);
   for (const double scale : {1e-9, 1.0, 1e3}) {
@@ -181,7 +181,7 @@ TEST(SurfaceContactTest, FindsNothingBeyondTheGateOrWhereThereIsNoPoint) {
   EXPECT_TRUE(contact.Find({1e100, 0, 0}, kInfinity));
 }
 
-// A point over an edge belongs to both triangles; which one, does not hang on their order.
+// A point over an edge belongs to both triangles; the choice must not depend on their order.
 TEST(SurfaceContactTest, TakesOfTwoTrianglesAtAnEdgeTheOneFacingThePoint) {
   SurfaceMesh surface = Box({2, 2, 2}, {1, 1, 1});
   for (int turn = 0; turn < 2; ++turn) {

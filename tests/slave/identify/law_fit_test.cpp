@@ -39,7 +39,7 @@ TEST(FitLaws, ChooseTheLawThatMadeTheData) {
   EXPECT_EQ(FitLaws(ThreeTests(mooney, 0.005)).front().law.name, "mooney-rivlin");
 }
 
-// The same data give the same answer, whatever their unit.
+// The same data give the same result in any unit.
 TEST(FitLaws, DoNotDependOnTheUnit) {
   const HyperLaw law{.name = "", .terms = {{3e4, 1.5}, {2e3, 6}}};
   std::vector<MaterialTest> tests = ThreeTests(law, 0.01);
@@ -52,8 +52,8 @@ TEST(FitLaws, DoNotDependOnTheUnit) {
   EXPECT_NEAR(there.values[2], here.values[2], 1e-4);
 }
 
-// Brain softens in tension and stiffens in compression as no law of this list does with
-// moduli that stay positive but Ogden's of a negative exponent: it is stable and found.
+// The curve softens in tension, like brain. Of the laws in the list only Ogden's with a negative
+// exponent fits it with positive moduli and is stable, so it must come first.
 TEST(FitLaws, NeverOfferAnUnstableLawBeforeAStableOne) {
   HyperLaw falling{.name = "", .yeoh = {3e4, -4e3, 0}};
   const std::vector<LawFit> fits = FitLaws({CurveOf(falling, TestKind::kUniaxial, 2.4, 40, 0.002)});
@@ -88,8 +88,8 @@ TEST(FitLaws, StateTheModulusAtRestWithItsSigma) {
   EXPECT_NEAR(fit.young_sigma / std::sqrt(both.dot(fit.covariance * both)), 1, 1e-4);
 }
 
-// A softer law's stress is 0.8 of the measured one: a quarter of it is missing everywhere.
-TEST(AtRest, IsByHowMuchTheTestsBeginOffTheLaw) {
+// The softer law's stress is 0.8 of the measured one, which therefore exceeds it by a quarter.
+TEST(AtRest, StatesTheRelativeErrorOfTheLawAtSmallStrains) {
   const HyperLaw law{.name = "", .terms = {{3e4, 2}}}, softer{.name = "", .terms = {{2.4e4, 2}}};
   const MaterialTest test = CurveOf(law, TestKind::kUniaxial, 2, 100);
   EXPECT_NEAR(FindAtRest(law, {test}).off, 0, 1e-12);

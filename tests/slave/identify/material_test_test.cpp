@@ -31,7 +31,7 @@ TEST(MaterialTest, MooneyFollowsRivlin) {
   }
 }
 
-// True stress is the nominal one by the stretch along it.
+// True stress is nominal stress times the stretch along it.
 TEST(MaterialTest, TrueStressIsNominalByStretch) {
   MaterialTest test = CurveOf(kMooney, TestKind::kUniaxial, 1.5, 1);
   const double nominal = test.rows[0].measured[0];

@@ -25,7 +25,7 @@ RelaxationTable Hold(double G_inf, double G, double tau, double end, double step
   return table;
 }
 
-TEST(Prony, FindsWhatStaysAndHowFastTheRestGoes) {
+TEST(Prony, FindsLongTermModulusAndTimeConstants) {
   const PronyFit fit = FitProny({Hold(2e3, 3e3, 10, 200, 0.1)});
   EXPECT_LT(fit.rms, 2e-3);
   EXPECT_NEAR(fit.equilibrium, 2e3, 40);

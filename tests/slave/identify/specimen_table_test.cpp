@@ -94,7 +94,8 @@ TEST_F(TestTable, ASoftBeginningIsNoSlack) {
   EXPECT_THAT(test.remarks[0], HasSubstr("the slope of the first rows is 0.6"));
 }
 
-// Neo-Hookean stresses of the other kind: a unit of Young's modulus 3e4 Pa.
+// The stresses of the other kind of test (tension or compression): neo-Hookean, with Young's
+// modulus 3e4 Pa.
 TEST_F(TestTable, ACurveThatBendsAsTheOtherKindDrawsAQuestion) {
   const auto table = [](double sign) {
     std::string text = "strain (-),stress (Pa)\n";
@@ -270,7 +271,7 @@ TEST_F(TestTable, OfTooFewRowsCanBeDistinguishedFromABadOne) {
   EXPECT_TRUE(table.shear);
 }
 
-// A specimen of 30 mm and 100 kPa, whose first row is `travel` mm and bears `load` N.
+// A specimen of 30 mm and 100 kPa, whose first row has `travel` mm and `load` N.
 std::string Travel(double travel, double load) {
   std::string text = "Extension (mm),Load (N)\n";
   for (int i = 0; i <= 30; ++i) {

@@ -246,11 +246,12 @@ class Sequence {
   Time now_ = Time{} + Seconds(100);
   Vector3d hand_{0, 0, 0};
   std::uint64_t sequence_ = 0;
-  std::uint32_t largest_epoch_ = 0;          // largest epoch that the port has reported
-  std::uint32_t last_epoch_ = 0;             // used up by a stop
-  bool is_open_ = false;                     // the clutch was, since
-  std::uint32_t followed_epoch_ = 0;         // of the last motion
-  std::optional<OperatorCommand> followed_;  // without a break, and where it led
+  std::uint32_t largest_epoch_ = 0;   // largest epoch that the port has reported
+  std::uint32_t last_epoch_ = 0;      // used up by a stop
+  bool is_open_ = false;              // the clutch was open since then
+  std::uint32_t followed_epoch_ = 0;  // of the last motion
+  // Last command of an uninterrupted motion; its target is the next member.
+  std::optional<OperatorCommand> followed_;
   Vector3d followed_target_{0, 0, 0};
 };
 

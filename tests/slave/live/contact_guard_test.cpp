@@ -81,7 +81,7 @@ TEST_F(GuardedPortTest, AGuardFallsABitBelowWhereItIsReached) {
 }
 
 // A sample is late, the arm's word is not.
-TEST_F(GuardedPortTest, WhatTheToolFeelsByNowCountsToo) {
+TEST_F(GuardedPortTest, TheForceOfTheLocalModelCountsToo) {
   Use({.max_speed = 0.020, .force_guard = 2, .depth_guard = 2e-3});
   ContactState contact = Pushing(0.5);
   contact.force_by_now = 1.9;
@@ -183,7 +183,7 @@ class RetreatTest : public GuardedPortTest {
 };
 
 // An arm with a fault stops and forgets its target.
-TEST_F(RetreatTest, AFaultDelaysItAndLocksNobodyOut) {
+TEST_F(RetreatTest, AFaultDelaysItAndDoesNotBlockOperators) {
   arm_.faulty = true;
   arm_.moves = false;
   Watch(0.15, heavy_);
@@ -213,7 +213,7 @@ TEST_F(RetreatTest, AnotherDriverIsNotLedByThePlacesOfTheLast) {
   EXPECT_EQ(phase(), Phase::kHold);
 }
 
-TEST_F(RetreatTest, AnArmThatDoesNotComeAllTheWayLocksNobodyOut) {
+TEST_F(RetreatTest, AnArmThatStopsOnTheRetreatDoesNotBlockOperators) {
   Press(0.002, heavy_);
   arm_.moves = false;
   arm_.Place({0.01, deepest_ + 1e-3, 0});
@@ -231,7 +231,7 @@ TEST_F(RetreatTest, ItBeginsAlsoAfterTheHandWasReleased) {
   EXPECT_NEAR(Out(), 2e-3, 1e-9);
 }
 
-TEST_F(RetreatTest, ItBeginsWhenWhatNobodySawIsSeen) {
+TEST_F(RetreatTest, ItBeginsWhenALateSampleShowsTheContact) {
   Press(0.02, {std::nullopt});
   Watch(2, {std::nullopt});
   EXPECT_NEAR(Out(), 0, 1e-4);

@@ -80,7 +80,7 @@ class OperatorPortTest : public ::testing::Test {
   std::uint64_t sequence_ = 0;
 };
 
-// 20 mm/s: 4 mm in the 0.2 s that a command may lead.
+// The arm's speed limit is 20 mm/s. A command may be 0.2 s ahead of the arm, which is 4 mm.
 class GuardedPortTest : public OperatorPortTest {
  protected:
   GuardedPortTest() { Use({.max_speed = 0.020}); }

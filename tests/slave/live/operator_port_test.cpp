@@ -89,7 +89,7 @@ TEST_F(OperatorPortTest, ClutchingNeitherMovesNorTurnsTheSlave) {
   EXPECT_GT(arm_.turns, 2000);
 }
 
-TEST_F(OperatorPortTest, WhatHoldsTheTipHoldsTheRotation) {
+TEST_F(OperatorPortTest, AHeldTipHasAHeldRotation) {
   arm_.rotation = Eigen::Quaterniond::Identity();
   OperatorCommand command = Next({0, 0, 0});
   command.R_M_device = Eigen::Quaterniond::Identity();
@@ -187,7 +187,7 @@ TEST_F(OperatorPortTest, AShortSilenceEndsByItselfALongOneNeedsANewEpoch) {
   EXPECT_EQ(port_.view().phase, Phase::kFollowing);
 }
 
-// After each of them a good command of the same epoch leads on from where the tool is held.
+// After each of them a valid command of the same epoch continues from the held position.
 TEST_F(OperatorPortTest, CommandsThatCannotBeAreRefusedAndHoldTheTool) {
   const std::pair<const char*, std::function<void(OperatorCommand*)>> commands[] = {
       {"a position that is no number", [](OperatorCommand* c) { c->p_M.x() = kNan; }},
@@ -295,7 +295,7 @@ TEST_F(GuardedPortTest, AnUnknownForceHoldsTheToolWhateverTheEpochOrLease) {
 
 // The link from the slave to the master has failed, the other direction works: commands arrive that
 // acknowledge no newer state.
-TEST_F(GuardedPortTest, AnOperatorWhoFeelsNothingIsHeld) {
+TEST_F(GuardedPortTest, AnOperatorWithoutNewStatesIsHeld) {
   const auto tell = [this](std::uint64_t state) {
     OperatorCommand command = Next({0, 0, 0}, true, epoch_);
     command.state_sequence = state;
@@ -328,7 +328,7 @@ TEST_F(OperatorPortTest, TargetsAreGivenInTheFrameOfTheImages) {
   EXPECT_LT((port_.view().offset - (start + off)).norm(), 1e-15);
 }
 
-// `tests/fuzz` looks for sequences that nobody draws.
+// `tests/fuzz` searches for further sequences.
 TEST(ArmSequence, NoOrderOfEventsLeadsTheArmAstray) {
   for (unsigned seed = 1; seed <= 400; ++seed) {
     const auto bytes = RandomBytes(seed, 400);

@@ -10,7 +10,7 @@ using testing::AllOf;
 using testing::HasSubstr;
 using testing::IsEmpty;
 
-// Planned for 5 mm.
+// A scene whose planned depth is 5 mm.
 class PlannedDepthTest : public testing::Test {
  protected:
   // Contact of three samples, the second one at `depth` [m]. Returns the alarm at its end.

@@ -91,7 +91,7 @@ class TurningArmTest : public StreamedManipulatorTest {
  protected:
   TurningArmTest() { Turn(0.1); }
 
-  // For `seconds`; the largest angular speed of a target [rad/s].
+  // Follows the targets for `seconds`. Returns their largest angular speed [rad/s].
   double Turn(double seconds) {
     double fastest = 0;
     for (double t = 0; t < seconds; t += kPeriod) {
@@ -213,7 +213,7 @@ TEST_F(StreamedManipulatorTest, HoldingIsWhereItWasMeasuredAndDoesNotCreep) {
   EXPECT_EQ(arm_.Aim(test_time).p_S_tip, measured);
 }
 
-// Moved by other hands while it stood: it is not pulled back.
+// The arm was moved externally while it was stopped; it is not pulled back.
 TEST_F(StreamedManipulatorTest, CommandsBeginWhereTheArmIs) {
   Drive(0.1);
   tip_ += Vector3d(0, 0.01, 0);
@@ -278,7 +278,7 @@ TEST_F(StreamedManipulatorTest, OneDriverAtATime) {
               HasSubstr("the manipulator is driven by a driver"));
   arm_.Leave(kDriver);
   EXPECT_TRUE(arm_.is_faulty());
-  other.sequence = 1;  // of its own stream
+  other.sequence = 1;  // the numbers of each stream begin at 1
   const auto before = arm_.frame();
   EXPECT_EQ(arm_.Take(kOther, "b", other, test_time), std::nullopt);
   EXPECT_EQ(arm_.health()->driver, "b");

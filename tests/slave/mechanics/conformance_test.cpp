@@ -43,13 +43,13 @@ struct Kind {
   std::string name;
   const Presses* presses;
   bool is_linear;
-  // Relative difference of answers that should be equal: rounding where a factor answers, the
-  // residual of 1e-10 times the condition of these bodies (up to 1e3) where iterations do.
+  // Relative difference of answers that should be equal: rounding if a factor is used; with
+  // iterations the residual of 1e-10 times the condition of these bodies (up to 1e3).
   double tolerance;
   // A body of this size [m] and Young's modulus [Pa].
   std::function<Model(double size, double modulus)> make;
-  // Relative difference of a load and a displacement of the same place, and of the works of two
-  // loads, where the discretisation has no symmetric stiffness (collocation).
+  // Relative difference between a load and a displacement at the same place, and between the works
+  // of two loads, if the stiffness of the discretisation is not symmetric (collocation).
   double asymmetry = 0;
 };
 void PrintTo(const Kind& kind, std::ostream* out) {
@@ -169,7 +169,7 @@ class Conformance : public testing::TestWithParam<Kind> {
                     double size = kSize) {
     return {.kind = kind, .p_O = size * place, .prescribed_O = value};
   }
-  // A displacement at the first place, `factor` times the usual depth.
+  // Returns a displacement at the first place, `factor` times the usual depth.
   [[nodiscard]] Contact Move(double factor = 1, double size = kSize) const {
     const Presses& p = *GetParam().presses;
     return At(p.p_O, Contact::Kind::kDisplacement, factor * p.depth * size * p.direction, size);
@@ -214,7 +214,7 @@ TEST_P(Conformance, NoContactIsNoFailure) {
   for (const Vector3d& u : u_O) EXPECT_LE(u.norm(), 1e-12 * kSize);
 }
 
-TEST_P(Conformance, ALoadUndoesWhatADisplacementNeeds) {
+TEST_P(Conformance, ALoadInvertsADisplacement) {
   const Model model = Make();
   for (const Contact& contact : {Move(), MoveOther()}) {
     const ContactResponse moved = Answer(*model, {contact}).front();
@@ -235,8 +235,8 @@ TEST_P(Conformance, ALoadUndoesWhatADisplacementNeeds) {
 TEST_P(Conformance, AStatedStiffnessIsTheDerivativeOfTheForce) {
   const Model model = Make();
   const ContactResponse response = Answer(*model, {Move(), MoveOther()}).front();
-  if (response.stiffness_O.isZero(0)) return;  // this kind states none
-  for (const double side : {0.0, 1.0}) {  // along the press, and across it where that has a force
+  if (response.stiffness_O.isZero(0)) return;  // this kind gives no stiffness
+  for (const double side : {0.0, 1.0}) {  // along the press, and tangentially if this has a force
     Vector3d step = 1e-3 * Move().prescribed_O;
     if (side > 0) step = Vector3d(step.z(), 0, -step.x());
     if (side > 0 && response.force_O.head<2>().isZero(0)) continue;
@@ -323,7 +323,7 @@ TEST_P(Conformance, OrderAndRepetitionDoNotMatter) {
   }
 }
 
-// Finite numbers that are flagged, or a failure; and the next answer is as ever.
+// The answer is finite and flagged, or a failure, and the next answer is not affected.
 TEST_P(Conformance, AbsurdContactsAreFlaggedAndForgotten) {
   constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
   constexpr double kInfinite = std::numeric_limits<double>::infinity();
@@ -344,7 +344,7 @@ TEST_P(Conformance, AbsurdContactsAreFlaggedAndForgotten) {
   absurd.push_back(Move()), absurd.back().element = 1 << 30;
   absurd.push_back(Move()), absurd.back().element = -7;
   for (const Contact& contact : absurd) {
-    // An element or a width that a kind does not use cannot be absurd to it.
+    // A kind that does not use the element or the width accepts any value.
     const bool is_value = !contact.prescribed_O.allFinite() || contact.prescribed_O.norm() > 1e9;
     const ContactResponse response = Answer(*model, {contact}).front();
     EXPECT_TRUE(response.force_O.allFinite() && response.displacement_O.allFinite());

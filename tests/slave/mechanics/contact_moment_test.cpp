@@ -74,7 +74,7 @@ TEST(ContactMoment, OfOneConstantElementOrOfAPointIsUnknown) {
   EXPECT_FALSE(Punch(Block(120, ElementOrder::kConstant), 0.017, 0, {0, -1e-3}).moment_O);
 }
 
-// Law: the body is in balance, so the support's moment about the contact's place is the opposite.
+// Law: equilibrium: the supports' moment about the contact's place is the negative.
 TEST(ContactMoment, BalancesTheSupports) {
   Bem2dModel& model = Block(240, ElementOrder::kQuadratic);
   const double width = 12e-3;

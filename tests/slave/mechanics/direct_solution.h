@@ -1,5 +1,5 @@
-// An independent formulation to hold linear tetrahedra to: strain-displacement matrices in Voigt's
-// notation, a dense stiffness in SI, supports and contacts by Lagrange multipliers, one LU
+// An independent formulation for comparison with linear tetrahedra: strain-displacement matrices in
+// Voigt's notation, a dense stiffness in SI, supports and contacts by Lagrange multipliers, one LU
 // factorisation.
 #pragma once
 
@@ -22,7 +22,7 @@ struct Body {
   double nu = 0;  // [-]
 };
 
-// Held on the plane of the smallest coordinate along `axis`.
+// Makes a body fixed on the plane of the smallest coordinate along `axis`.
 Body Standing(SolidMesh mesh, int axis, double E, double nu);
 // A box of some cells with its inner nodes shaken, standing on z = 0.
 Body ShakenBox(std::array<int, 3> cells, double E, double nu);

@@ -73,8 +73,8 @@ TEST(ElementContacts, EqualADirectSolution) {
                        {{5, {0.2, 0}}, {17, {-0.1, -0.2}}, {30, {0, 0.3}}});
 }
 
-// Reference: all that can move is moved together, by five hundred contacts and by the one patch
-// that they make up: the same force, and every contact's own answer as it is in the patch.
+// Reference: the whole free boundary is moved by five hundred contacts and, equivalently, by one
+// patch: both give the same force, and every contact's answer is that of its part of the patch.
 TEST(ElementContacts, FiveHundredEqualThePatchTheyMakeUp) {
   Bem2dModel model(bodies::Block(680), {.young_modulus = 1e6, .thickness = 1});
   const auto& elements = model.greens_functions().problem().mesh.elements;

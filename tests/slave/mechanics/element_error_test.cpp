@@ -86,7 +86,8 @@ TEST(ElementError, AStripThatBendsIsWithinFivePerCentOrExtrapolated) {
   }
 }
 
-// Reference: Hooke's bar, and quadratic elements where the held end counts.
+// Reference: Hooke's law for a bar, and quadratic elements for short strips, where the clamped end
+// matters.
 TEST(ElementError, AStripThatIsPressedIsWithinFivePerCentOrExtrapolated) {
   for (const ElementOrder order : kOrders) {
     int valid = 0;

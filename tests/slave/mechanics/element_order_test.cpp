@@ -36,7 +36,8 @@ struct Material {
   [[nodiscard]] double plane_nu() const { return plane == Plane::kStrain ? nu / (1 - nu) : nu; }
 };
 
-// u = H p with a constant stress; at nu = 0.5 only traceless H, plus a pressure that moves nothing.
+// u = H p with a constant stress; at nu = 0.5 H is traceless, and a pressure without displacement
+// is added.
 Exact Uniform(const Material& material, const Matrix2d& stress) {
   const double E = material.plane_modulus(), nu = material.plane_nu();
   const Matrix2d strain = ((1 + nu) * stress - nu * stress.trace() * Matrix2d::Identity()) / E;
@@ -68,8 +69,8 @@ Exact Harmonic(const Material& material) {
           }};
 }
 
-// f = ln r about `centre`: a source in a hole, the very field that the plain equations lose at
-// nu = 0.5.
+// The displacement of f = ln r about `centre`: a source in a hole. The plain equations lose this
+// field at nu = 0.5.
 Exact Source(const Material& material, const Vector2d& centre) {
   const double G = material.shear_modulus();
   return {[=](const Vector2d& p) -> Vector2d { return (p - centre) / (p - centre).squaredNorm(); },
@@ -245,7 +246,8 @@ TEST(ElementOrder, VerticesAndPlacesInsideMoveAsUniformTensionSays) {
     std::vector<Contact> contacts;
     for (int i = 0; i < mesh.size(); ++i) {
       const auto& element = mesh.elements[Index(i)];
-      const double share = (element.b - element.a).y() * thickness;  // of what x faces [m^2]
+      // Share of the area that faces x [m^2].
+      const double share = (element.b - element.a).y() * thickness;
       if (std::abs(share) > 1e-9) contacts.push_back(bodies::Load(i, {pull * share, 0}));
     }
     Solution solution;

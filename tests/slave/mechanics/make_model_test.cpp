@@ -37,7 +37,7 @@ std::string RefusalOf(const Scene& scene) {
 
 // The vertices along the bottom of a rectangle with 60 elements, whose longer side is twice the
 // other.
-TEST(HeldVertices, AreTheEndsOfWhatHoldsAnOutlineThePlaneOfAVolumeTheRimOfAMembrane) {
+TEST(HeldVertices, AreThoseOfFixedElementsPlanesAndRims) {
   const Scene block = BlockScene();
   const BoundaryMesh outline = MeshOutline(block, std::nullopt);
   const auto held = HeldVertices(block, outline);

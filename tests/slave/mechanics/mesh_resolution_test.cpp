@@ -37,7 +37,7 @@ const std::vector<Kind>& Kinds() {
 struct Box {
   Vector3d size{1, 1, 1};
   std::array<int, 3> cells{1, 1, 1};
-  int held = 2;  // the axis of the side that is held
+  int held = 2;  // axis of the fixed side
   double nu = 0.3;
 };
 
@@ -69,8 +69,8 @@ double StiffnessOf(const ContactResponse& r) {
   return r.force_O.z() / r.displacement_O.z();
 }
 
-// Stiffness of a disc bonded to a half-space (Spence 1968), and by the mean displacement under an
-// even pressure (Johnson, Contact Mechanics, 3.4). E = 1.
+// Stiffness of a disc bonded to a half-space (Spence 1968), or of a disc with uniform pressure by
+// the mean displacement (Johnson, Contact Mechanics, 3.4). E = 1.
 double HalfSpace(bool loaded, double width, double nu) {
   const double a = width / 2, G = 1 / (2 * (1 + nu));
   if (loaded) return 3 * std::pow(std::numbers::pi, 2) * a / (16 * (1 - nu * nu));
@@ -208,7 +208,7 @@ TEST(PatchResolution, ANarrowDiscByAnEdgeOnAThinPartOrBesideAnotherIsExtrapolate
   }
 }
 
-// Law: an answer that is made of the one before is that of a new beginning.
+// Law: an answer that is updated from the previous one equals that of a new model.
 TEST(PatchResolution, ANarrowDiscThatMovesAmongManyContactsIsAnsweredAsAlone) {
   for (const Kind& kind : Kinds()) {
     if (!KnowsNarrowDiscs(kind, false)) continue;
@@ -308,7 +308,7 @@ TEST(PatchResolution, TheEndOfABarIsNoNarrowPatch) {
 }
 
 // Reference: the half-space, within 3 % (see IsJudgedAsTheHalfSpaceDoes). A valid answer under a
-// tool of 1.3 to 3 elements is within 10 % in addition. Nine to 25 nodes of ten-node tetrahedra,
+// tool of 1.3 to 3 elements is within 10 % plus these 3 %. Nine to 25 nodes of ten-node tetrahedra,
 // whose area is right, are up to 23 % off.
 TEST(PatchResolution, FewNodesUnderAToolAreRightOrExtrapolated) {
   int valid = 0, flagged = 0;
@@ -340,7 +340,7 @@ TEST(StrainResolution, ABeamWithTooFewElementsIsExtrapolated) {
                                                 {10, 1}, {15, 1}, {20, 1}, {40, 1}, {1, 2}, {2, 2},
                                                 {3, 2},  {5, 2},  {10, 2}, {20, 2}, {10, 3}};
   for (const Kind& kind : Kinds()) {
-    // The first two over all of it, the others over some.
+    // The first two kinds are tested over all values, the others over some.
     const bool is_swept = &kind < &Kinds()[2];
     auto cells = coarse;
     if (kind.name == "fem-green") cells.emplace_back(40, 10);  // where four nodes do
@@ -387,8 +387,8 @@ TEST(StrainResolution, ABeamWithTooFewElementsIsExtrapolated) {
   }
 }
 
-// A block, a pad and a long bar that is held along its side do not bend under a finger.
-TEST(StrainResolution, WhatDoesNotBendIsLeftAlone) {
+// A block, a pad and a long bar that is fixed along its side do not bend under a finger.
+TEST(StrainResolution, BodiesThatDoNotBendAreNotFlagged) {
   for (const Kind& kind : Kinds()) {
     for (const Box& box : {Box{.cells = {6, 6, 6}}, Box{.size = {4, 4, 0.5}, .cells = {16, 16, 2}},
                            Box{.size = {5, 1, 1}, .cells = {20, 4, 4}}}) {
@@ -420,7 +420,7 @@ TEST(StrainResolution, PureBendingIsExactWithTenNodes) {
   EXPECT_GT(strain.Softness(u, {}), 0.01);
 }
 
-// The estimate does not depend on size, and rotations of the whole body count for nothing.
+// The estimate does not depend on size, and rotations of the whole body have no effect.
 TEST(StrainResolution, IsTheSameAtEverySizeAndTurned) {
   double first = 0;
   for (const double size : {1.0, 1e-6, 1e3}) {

@@ -71,7 +71,7 @@ ContactResponse Press(const Scene& scene, const Contact& contact) {
 // layers act as springs in series, K = A / sum(h / M), M = E (1 - nu) / ((1 + nu) (1 - 2 nu)).
 // Large-strain laws deviate by the strain, 1e-4 on average. The strain jumps between the layers,
 // which must not be reported as an error of the mesh.
-TEST(Regions, LayersOfAColumnGiveWayInSeries) {
+TEST(Regions, LayersOfAColumnAreSpringsInSeries) {
   const double nu = 0.3, side = 0.01, height = 0.04, by = 1e-4 * height;
   const std::array moduli{kModulus, 5 * kModulus, kModulus, 0.2 * kModulus};
   double softness = 0;

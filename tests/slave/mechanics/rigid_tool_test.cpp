@@ -14,7 +14,7 @@ namespace palpate {
 namespace {
 
 struct Drawn {
-  double slenderness = 0, width = 0;  // t / a, by the diameter
+  double slenderness = 0, width = 0;  // t / a, relative to the diameter
   double place = 0, depth = 0;        // relative to the radius, relative to the thickness
 };
 

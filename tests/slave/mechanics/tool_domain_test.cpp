@@ -18,8 +18,9 @@ namespace {
 constexpr double kWhole = std::numeric_limits<double>::infinity();
 
 struct Measured {
-  double nu, height, thickness, width, extent;  // the last by the thickness, others by the length
-  double stress, strain;                        // K_plane / K
+  // Extent relative to the thickness, others relative to the length.
+  double nu, height, thickness, width, extent;
+  double stress, strain;  // K_plane / K
 };
 
 // Computed with hexahedra in 3D by plane_thickness.py.
@@ -133,7 +134,7 @@ TEST(ToolDomain, TheErrorUnderARigidFaceIsNotBelowThatOfASolid) {
   }
 }
 
-// Reference: the errors above and the accepted one, 5 %; an even load has none of them.
+// Reference: the errors above and the accepted one, 5 %; an even load does not have these errors.
 TEST(ToolDomain, ARigidFaceOnAPlateIsValidWhereItsErrorIsAccepted) {
   Scene scene;
   scene.object.geometry = MembraneGeometry{.radius = 0.04, .thickness = 1e-3};

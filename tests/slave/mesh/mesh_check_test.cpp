@@ -16,7 +16,7 @@ using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 using ::testing::IsEmpty;
 
-// A file that counts nodes from 1 and elements from 101.
+// Returns the numbers of a file that counts nodes from 1 and elements from 101.
 MeshNumbers FileNumbers(const SolidMesh& mesh) {
   MeshNumbers numbers;
   for (std::size_t i = 0; i < mesh.nodes.size(); ++i) {
@@ -67,7 +67,7 @@ TEST(MeshCheckTest, TurnsInvertedElementsRoundAndNamesThem) {
 }
 
 // A flat element with a volume: a height of 1e-6 of the edges is a sliver; of 1e-15, rounding.
-TEST(MeshCheckTest, TellsSliversFromNothing) {
+TEST(MeshCheckTest, DistinguishesSliversFromFlatElements) {
   const auto flat = [](double height) {
     return SolidMesh{{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0.3, 0.3, height}}, {{0, 1, 2, 3}}};
   };

@@ -42,7 +42,7 @@ TEST(DecidedModelTest, ComesBackFromItsTextAsItWas) {
   EXPECT_TRUE(std::isnan(scene.model.decision.rejected.at(1).error));
 }
 
-TEST(DecidedModelTest, TornTextAndModelsOfOtherObjectsChangeNothing) {
+TEST(DecidedModelTest, DamagedTextAndModelsOfOtherObjectsAreIgnored) {
   const std::string text = DecidedText(Decided());
   const auto with = [&](const std::string& old, const std::string& by) {
     std::string other = text;

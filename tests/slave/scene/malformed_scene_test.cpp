@@ -32,8 +32,7 @@ int LineCount(const std::string& text) {
   return static_cast<int>(std::count(text.begin(), text.end(), '\n')) + (text.empty() ? 0 : 1);
 }
 
-// The text of a line of SmallScene, and the key that is its value; behind them, a line of its
-// own.
+// The text of a line of SmallScene and the key whose value it contains.
 struct Place {
   const char* begins;
   const char* key;
@@ -337,7 +336,7 @@ TEST_F(HostileSceneTest, AMistakeIsDataToo) {
   }
 }
 
-// A list's items are found by their place: 30 000 points, each of which is read.
+// Items of a list are accessed by index: all of 30 000 points are read.
 TEST_F(HostileSceneTest, LongListsAreReadItemByItem) {
   std::string points = "[[0, 0]";
   for (int i = 1; i < 30'000; ++i) points += ", [1, 1]";

@@ -76,7 +76,7 @@ TEST(SolidSceneTest, ANamedMaterialGivesWhatItsRowStates) {
   EXPECT_THAT(MistakesOf(scene_with("{name: jelly}")), HasSubstr("expected dragon-skin-10, "));
 }
 
-TEST(SolidSceneTest, FrictionDeadlineAndOtherElementsAreRefusedWhereTheyMeanNothing) {
+TEST(SolidSceneTest, OptionsWithoutEffectAreRefused) {
   for (const auto& [model, mistake] :
        {std::pair{"{kind: fem-green, contact: friction}", "expected bonded or frictionless"},
         std::pair{"{kind: fem, element: tet10, contact: friction}", "needs tet4, statics"},

@@ -5,7 +5,7 @@
 namespace palpate {
 namespace {
 
-// A rig's file as far as a scene looks into it.
+// Returns a stereo rig's file with those entries that a scene reads.
 std::string RigText(const std::string& cameras) {
   std::string text = "%YAML:1.0\n---\n";
   for (const char camera : cameras) {

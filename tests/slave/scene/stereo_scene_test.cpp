@@ -115,7 +115,7 @@ TEST_F(StereoSceneTest, AnyNumberOfDotsFitsByDefault) {
 
 // An object without supports is tracked. No force is reported, so the camera's pose need not be
 // known.
-TEST_F(StereoSceneTest, WhatNothingHoldsIsFollowedByItsTexture) {
+TEST_F(StereoSceneTest, AnUnsupportedObjectIsTrackedByItsTexture) {
   Lines lines;
   lines.geometry = kBox;
   lines.fixed = "";

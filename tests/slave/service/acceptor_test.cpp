@@ -22,7 +22,7 @@
 namespace palpate {
 namespace {
 
-// A client with a socket of its own.
+// A client with its own socket.
 class Client {
  public:
   explicit Client(const Endpoint& endpoint) : fd_(socket(AF_INET, SOCK_STREAM, 0)) {
@@ -107,7 +107,7 @@ class AcceptorTest : public testing::Test {
   std::vector<int> handed_on_;
 };
 
-TEST_F(AcceptorTest, AConnectionIsHandedOnWhole) {
+TEST_F(AcceptorTest, AConnectionIsPassedOnWithAllItsData) {
   Open({});
   const auto client = Connect();
   ASSERT_TRUE(HandsOn(1));
@@ -120,7 +120,7 @@ TEST_F(AcceptorTest, AConnectionIsHandedOnWhole) {
   EXPECT_EQ(max_unsent, kMaxUnsent);
 }
 
-TEST_F(AcceptorTest, AConnectionWithoutAStreamGivesWayIfAllPlacesAreTaken) {
+TEST_F(AcceptorTest, AConnectionWithoutAStreamIsClosedIfAllPlacesAreTaken) {
   Open({.connections = 1});
   const auto idle = Connect();
   ASSERT_TRUE(HandsOn(1));
@@ -159,7 +159,7 @@ TEST_F(AcceptorTest, AConnectionThatIsNotTrustedIsClosed) {
 }
 
 // Reference: HTTP/2 lets a client send 64 kB before it has the server's settings.
-TEST_F(AcceptorTest, WhoSendsTooMuchBeforeItsTurnIsNotHandedOn) {
+TEST_F(AcceptorTest, AClientThatSendsTooMuchTooEarlyIsClosed) {
   Make({});
   const auto client = Connect(60'000), flood = Connect(1'000'000);
   acceptor_->Start();

@@ -105,7 +105,7 @@ class Sender {
   Time now_ = kBegin;
 };
 
-TEST(BulkPaceTest, NobodyIsPacedWhereNobodyOperates) {
+TEST(BulkPaceTest, WithoutAnOperatorThereIsNoLimit) {
   Sender sender;
   EXPECT_NEAR(sender.Run(1, -1), kWanted, 0.01 * kWanted);
   sender.Run(2 * BulkPace::kPeriod, 0.001);
@@ -114,7 +114,7 @@ TEST(BulkPaceTest, NobodyIsPacedWhereNobodyOperates) {
   EXPECT_NEAR(sender.Run(1, -1), kWanted, 0.01 * kWanted) << "6 s after the operator's last word";
 }
 
-TEST(BulkPaceTest, WhoSendsLittleIsNotTheCauseOfAQueue) {
+TEST(BulkPaceTest, AStreamWithFewDataIsNotTheCauseOfAQueue) {
   Sender sender;
   sender.Run(3, 0.001);
   const double rate = sender.Run(0.2, 0.001);
@@ -135,7 +135,7 @@ TEST(BulkPaceTest, ALineThatBecomesLongerIsUsedAgain) {
   EXPECT_GT(line.sent(), 0.7 * 20 * 2.5e6);
 }
 
-TEST(BulkPaceTest, WhatIsNoRoundTripIsNotHeard) {
+TEST(BulkPaceTest, InvalidRoundTripsAreIgnored) {
   BulkPace pace;
   pace.AddRoundTrip("ada", -1);
   pace.AddRoundTrip("ada", std::nan(""));

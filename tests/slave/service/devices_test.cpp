@@ -25,7 +25,7 @@ v1::ImageSample Image(int i) {
   return sample;
 }
 
-// Feeds `samples` on a stream of its own.
+// Feeds `samples` on a separate stream.
 grpc::Status Feed(v1::Teleoperation::Stub& stub, const std::vector<v1::ImageSample>& samples,
                   v1::FeedImagesReply* reply) {
   CallContext context;
@@ -125,7 +125,7 @@ TEST_F(ArmTest, TargetsComeAtOnceAndFollowWhatTheSlaveCommands) {
   EXPECT_TRUE(slave_.arm().is_faulty());
 }
 
-// The line holds everything up for 1.3 s while the driver sends 3850 reports a second.
+// The connection delivers nothing for 1.3 s while the driver sends 3850 reports per second.
 TEST_F(ArmTest, ReportsThatTheLineHeldUpAreNoFlood) {
   Driver driver(Connect());
   ASSERT_TRUE(driver.Send(driver.Report(0)));

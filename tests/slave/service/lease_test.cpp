@@ -37,7 +37,7 @@ class LeaseTest : public testing::Test {
   OperatorLease lease_{slave_, kSilence, RunAtOnce, {}};
 };
 
-TEST_F(LeaseTest, CommandsOfAnOldTicketReachNobody) {
+TEST_F(LeaseTest, CommandsOfAnOldTicketHaveNoEffect) {
   const auto old = Take("a");
   lease_.Release(old);
   const auto current = Take("b");
@@ -52,7 +52,7 @@ TEST_F(LeaseTest, CommandsOfAnOldTicketReachNobody) {
   EXPECT_EQ(slave_.commands().size(), 1U);
 }
 
-TEST_F(LeaseTest, CommandsGoOnWhileTheDiskTakesTheRecordOfAStop) {
+TEST_F(LeaseTest, CommandsContinueWhileAStopIsWrittenToDisk) {
   std::vector<std::function<void()>> waiting;
   OperatorLease lease(slave_, kSilence,
                       [&](std::function<void()> task) { waiting.push_back(std::move(task)); }, {});
@@ -71,7 +71,7 @@ TEST_F(LeaseTest, CommandsGoOnWhileTheDiskTakesTheRecordOfAStop) {
   EXPECT_EQ(slave_.stop_reason(), "by the operator, an unnamed operator (a)");
 }
 
-TEST_F(LeaseTest, ASilentHolderGivesWayToTheNextWhoAsks) {
+TEST_F(LeaseTest, ASilentHolderLosesTheLeaseToTheNextClient) {
   std::string dismissed;
   ASSERT_NE(Take("silent", &dismissed), 0U);
   EXPECT_EQ(Take("eager"), 0U);

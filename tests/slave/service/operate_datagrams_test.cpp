@@ -1,4 +1,4 @@
-// Operate beside which states and commands travel by datagram.
+// Tests Operate with states and commands that are also sent by datagram.
 #include <atomic>
 #include <cmath>
 #include <functional>
@@ -88,7 +88,7 @@ class OperateDatagramsTest : public ServiceTest {
 };
 
 // An old command that arrives late must not move the tool back, whether by stream or datagram.
-TEST_F(OperateDatagramsTest, WhatIsOlderThanTheStreamsIsDropped) {
+TEST_F(OperateDatagramsTest, DatagramsOlderThanTheStreamAreDropped) {
   const auto offer = OfferTo(&ada);
   ASSERT_TRUE(offer.has_value());
   Far far(*offer, server_->address());
@@ -99,7 +99,7 @@ TEST_F(OperateDatagramsTest, WhatIsOlderThanTheStreamsIsDropped) {
   EXPECT_EQ(far.newest().p_s_tip().y(), FakeSlave::kHome);
 }
 
-TEST_F(OperateDatagramsTest, WithoutAWishNothingIsOfferedAndItIsOfferedOnce) {
+TEST_F(OperateDatagramsTest, DatagramsAreOfferedOnceAndOnlyOnRequest) {
   ada.Hold(0);
   const auto followed = ada.ReadUntil([](const auto& state) {
     EXPECT_FALSE(state.has_datagrams());

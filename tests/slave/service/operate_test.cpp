@@ -69,7 +69,7 @@ TEST_F(OperateTest, AnEmergencyStopIsReportedToTheOperatorAndItsReasonShortened)
 TEST_F(OperateTest, TheOperatorStopsByACommandWhateverElseItSays) {
   ada.Hold(0, "Ada");
   ASSERT_TRUE(ada.ReadUntil([](const auto& s) { return s.phase() == v1::PHASE_FOLLOWING; }));
-  v1::OperatorCommand broken;  // no sequence, no place
+  v1::OperatorCommand broken;  // without sequence and position
   broken.mutable_p_m()->set_x(std::numeric_limits<double>::quiet_NaN());
   broken.set_stop(true);
   ada.Send(broken);

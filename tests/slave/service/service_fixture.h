@@ -37,7 +37,7 @@ MATCHER_P2(EndedWith, code, words, "") {
 
 class ServiceTest : public testing::Test {
  protected:
-  // A stub on a connection of its own.
+  // Returns a stub with a separate connection.
   std::unique_ptr<v1::Teleoperation::Stub> Connect(grpc::ChannelArguments arguments = {}) const {
     arguments.SetInt(GRPC_ARG_USE_LOCAL_SUBCHANNEL_POOL, 1);
     arguments.SetInt(GRPC_ARG_ENABLE_HTTP_PROXY, 0);

@@ -104,7 +104,7 @@ TEST_F(SetupCallsTest, FilesOfMegabytesArrive) {
   EXPECT_EQ(reply.errors_size(), 0);
 }
 
-TEST_F(SetupCallsTest, NothingIsSetUpBesideAnOperator) {
+TEST_F(SetupCallsTest, NoSetUpWhileAnOperatorWorks) {
   Operator ada(Connect());
   ASSERT_TRUE(ada.Hold(0, "ada"));
   ASSERT_TRUE(ada.Read());

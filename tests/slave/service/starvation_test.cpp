@@ -21,7 +21,7 @@ class StarvationTest : public ServiceTest {
   }
 };
 
-// Streams of the reflection service that say nothing: each holds a thread of the pool.
+// Silent streams of the reflection service, each of which occupies a thread of the pool.
 class IdleStreams {
  public:
   IdleStreams(const std::string& address, int count) {
@@ -58,7 +58,7 @@ class IdleStreams {
   std::vector<std::unique_ptr<grpc::GenericClientAsyncReaderWriter>> calls_;
 };
 
-TEST_F(StarvationTest, IdleStreamsTakeNoStopAway) {
+TEST_F(StarvationTest, IdleStreamsDoNotBlockTheStop) {
   const IdleStreams one(server_->address(), 70), other(server_->address(), 70);
   EXPECT_EQ(Stop(), grpc::StatusCode::OK);
   EXPECT_EQ(GetStatus().phase(), v1::PHASE_ESTOP);

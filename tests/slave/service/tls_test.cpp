@@ -108,7 +108,7 @@ class TlsTest : public testing::Test {
   std::unique_ptr<Server> server_;
 };
 
-TEST_F(TlsTest, WhoeverHasNoCertificateOfThisCaIsNotHeard) {
+TEST_F(TlsTest, ClientsWithoutACertificateOfThisCaAreRefused) {
   EXPECT_EQ(Stop(*As("stranger")), grpc::StatusCode::UNAVAILABLE);
   EXPECT_EQ(Stop(*As("expired")), grpc::StatusCode::UNAVAILABLE);
   const auto plain = v1::Teleoperation::NewStub(OpenAs(grpc::InsecureChannelCredentials()));
@@ -235,7 +235,7 @@ TEST_F(TlsTest, WhatIsMissingOrOpenToOthersIsNamed) {
   }
 }
 
-TEST_F(TlsTest, WhatDoesNotHoldNowIsNamed) {
+TEST_F(TlsTest, ExpiredAndFutureCertificatesAreNamed) {
   constexpr std::chrono::hours kYear(24 * 366);
   const auto now = std::chrono::system_clock::now();
   EXPECT_EQ(WhyUntimely(At("operator")), "");

@@ -140,7 +140,7 @@ TEST_F(WatchTest, ObserversBeyondTheSeatsAreRefused) {
   EXPECT_EQ(Watch().error_code(), grpc::StatusCode::RESOURCE_EXHAUSTED);
   EXPECT_THAT(GetStatus().alarms(),
               testing::Contains(testing::HasSubstr("a stream of SlaveState of ipv4:127.0.0.1:")));
-  Operator ada(Connect());  // has seats of its own, by its connection or its name
+  Operator ada(Connect());  // has separate places, by its connection or its name
   ada.Hold(0, "Ada");
   ASSERT_TRUE(ada.ReadUntil([](const auto& s) { return s.command_sequence() == 1; }));
   CallContext own, named;
@@ -154,7 +154,7 @@ TEST_F(WatchTest, ObserversBeyondTheSeatsAreRefused) {
   for (auto& watcher : watchers) watcher->context.TryCancel();
 }
 
-// A client asks for each quality in turn.
+// A client requests each quality in turn.
 TEST_F(WatchTest, FewEncodedImagesAreKeptAndThoseOfTheNewestSampleAlone) {
   FakeSlave slave;
   Publisher publisher(slave);

@@ -20,7 +20,7 @@ class SimulatedDevices {
 
   // Displaces the camera: from now on its images are shifted downwards by this [px].
   void BumpCamera(int displacement) { displacement_ = displacement; }
-  // From now on something white covers the images, or nothing does.
+  // Covers the camera's images with white, or uncovers them.
   void CoverCamera(bool is_covered) { is_covered_ = is_covered; }
 
  private:

@@ -49,7 +49,7 @@ TEST(AutoModelTest, TakesTheCheapestKindAndResolutionThatMeetsTolerance) {
   EXPECT_THAT(decision.reason, HasSubstr("5 % error"));
 }
 
-TEST(AutoModelTest, TellsWhatItRejectedWithItsFigures) {
+TEST(AutoModelTest, ReportsRejectedModelsWithTheirFigures) {
   fake::Scenario scenario = Orders();
   const auto decided = DecideQuickly(Auto(0.06), scenario.Make());
   ASSERT_TRUE(decided);
@@ -120,7 +120,7 @@ Scene Cube() {
 }
 
 // A condensed model has neither mass nor weight, whatever its parameters.
-TEST(AutoModelTest, WhatMovesInTimeOrHasWeightIsLeftToFiniteElements) {
+TEST(AutoModelTest, MotionAndWeightNeedFiniteElements) {
   Scene moving = Cube(), heavy = Cube();
   moving.model.fem.time = FemOptions::Time::kDynamic;
   heavy.model.fem.gravity_O = {0, 0, -9.81};

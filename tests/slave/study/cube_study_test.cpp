@@ -1,6 +1,6 @@
-// A study of the foam cube against the answers of the reference set: discrete ones of linear
-// tetrahedra on the same meshes, and those that quadratic hexahedra converge to; both were derived
-// with other programs, for a square patch. The study's is a disc of the same area.
+// Compares a study of the foam cube with the references: discrete answers of linear tetrahedra on
+// the same meshes, and the limit of quadratic hexahedra. Both were computed with other programs for
+// a square patch; the study uses a disc of the same area.
 #include <cmath>
 #include <numbers>
 #include <numeric>

@@ -79,7 +79,7 @@ TEST(ParetoTest, RecommendsTheCheapestThatMeetsBoth) {
   EXPECT_THAT(why, testing::HasSubstr("cheapest that meets tolerance and rate"));
 }
 
-TEST(ParetoTest, NearestToWhatIsAskedForWhereNothingMeetsBoth) {
+TEST(ParetoTest, ChoosesTheNearestModelIfNoneMeetsBoth) {
   // Error over tolerance, and p99 times rate: 4 and 0.001; 2 and 0.001; 0.2 and 3.
   std::vector<StudyRow> rows{Answered(0.2, 1e-6), Answered(0.1, 1e-6), Answered(0.01, 3e-3)};
   EXPECT_THAT(Recommend(0.05, 500, &rows), testing::HasSubstr("no model meets tolerance and rate"));
@@ -101,7 +101,7 @@ StudyRow Beyond(StudyRow row, std::size_t beyond) {
 
 // A model that is in its range everywhere is taken before one that is cheaper, more accurate or
 // both, even if it misses the requested tolerance.
-TEST(ParetoTest, WhatIsBeyondItsRangeIsTakenWhereNothingElseIsLeft) {
+TEST(ParetoTest, ModelsBeyondTheirRangeAreTheLastChoice) {
   std::vector<StudyRow> rows{Beyond(Answered(0.01, 1e-6, 0.001), 20),
                              Beyond(Answered(0.04, 2e-5), 0)};
   EXPECT_THAT(Recommend(0.05, 500, &rows), testing::Not(testing::HasSubstr("range")));

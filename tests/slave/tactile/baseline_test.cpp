@@ -45,7 +45,7 @@ class BaselineTest : public ::testing::Test {
   std::normal_distribution<double> noise_{0, 0.9};
 };
 
-TEST_F(BaselineTest, ALargeDriftGoesOnWhileNothingShowsIt) {
+TEST_F(BaselineTest, ALargeDriftIsExtrapolated) {
   Rest(0.1);
   // Of 8.5 counts of drift from the middle of the rest samples.
   EXPECT_LT(ErrorAfter(60, 0.1), 2.5);
@@ -55,7 +55,7 @@ TEST_F(BaselineTest, ALargeDriftGoesOnWhileNothingShowsIt) {
 }
 
 // Ten minutes at 100 Hz, after a drift that ended with the rest samples.
-TEST_F(BaselineTest, ADriftIsNotTakenToGoOnForAsLongAsSomethingIsHeld) {
+TEST_F(BaselineTest, ADriftIsNotExtrapolatedThroughALongContact) {
   Rest(0.1);
   for (int i = 0; i < 60000; ++i) rest_.Advance();
   const TactileSignals change = rest_.Change(Reading(0.1 * kRest)), sigma = rest_.drift_sigma();

@@ -1,4 +1,4 @@
-// A network and a localiser whose answers a test sets.
+// A network and a localiser with simple known answers for tests.
 #pragma once
 
 #include <cmath>

@@ -113,7 +113,7 @@ TEST_F(FingertipTest, AFewMissingSamplesAreMadeUpFor) {
   }
 }
 
-// The baseline follows a drift while nothing is near. A press is not drift, even then.
+// The baseline follows a drift without contact. A press is not treated as drift.
 TEST_F(FingertipTest, RestValuesAreFollowedWhileNothingIsNear) {
   Rest(10);
   const auto drifted = [](float counts, float pressure) {

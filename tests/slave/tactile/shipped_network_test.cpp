@@ -32,7 +32,7 @@ std::vector<Eigen::Vector3d> Estimate(const ForceNetwork& network,
   return forces;
 }
 
-// Starts and contacts that it was not trained on, of the fingertip as it is now. The paper's
+// The presses are not in its training set; the simulated fingertip is the present one. The paper's
 // normalised errors of rnn_21 are 0.3018, 0.1854, 0.0569; this holds a third of the strictest.
 TEST(ShippedNetworkTest, EstimatesForcesOfTheSimulatedFingertip) {
   const SimulatedPresses presses{.presses = 60, .rest_samples = kRestSamples, .seed = 987654};

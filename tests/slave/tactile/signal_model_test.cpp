@@ -13,7 +13,7 @@ using Signals = SignalPattern::Signals;
 
 constexpr double kRate = 100;  // [Hz]
 
-// Two kinds of contacts, each along a direction of its own, to 1 % of the signals' size.
+// Two kinds of contacts, each along another direction, with an accuracy of 1 % of the signals.
 Signals Direction(int kind) {
   Signals u;
   for (int i = 0; i < kPatternSignals; ++i) u[i] = 1 + 0.8 * std::cos(0.7 * i + 2 * kind);
@@ -84,7 +84,7 @@ TEST_F(SignalModelTest, AnElectrodeThatDeviatesIsReplacedByTheOthers) {
   }
 }
 
-TEST_F(SignalModelTest, WhatAllElectrodesDriftTogetherIsTakenOff) {
+TEST_F(SignalModelTest, TheCommonDriftOfAllElectrodesIsRemoved) {
   for (int i = 0; i < 300; ++i) {
     TactileSignals change = Contact(0, 100);
     for (std::size_t e = 0; e < kElectrodeCount; ++e) change[e] += 10;

@@ -40,8 +40,8 @@ ForceSource SourceOf(Sensor sensor) {
   return {Kind::kFingertips, 0, 0, "the encoders or the poses of the fingertips"};
 }
 
-// Fourteen loads that are held, and three pauses without one. Errors: 2 % common to all loads, 2 %
-// of each load, 1 % of each state, as sigma states them.
+// Fourteen holds with loads, and three pauses without load. Errors: 2 % common to all loads, 2 % of
+// each load, 1 % of each state, as sigma states them.
 std::vector<ForceRow> Session(Sensor sensor, unsigned seed, const Fault& fault) {
   std::mt19937 random(seed);
   std::normal_distribution<double> normal;
@@ -279,7 +279,7 @@ TEST(CompareForcesTest, UnknownForcesAreLeftOut) {
   EXPECT_FALSE(card.passes());
 }
 
-// 127 kPa in place of 12.7 kPa, or the reverse.
+// 127 kPa instead of 12.7 kPa, or the reverse.
 TEST(CompareForcesTest, AModulusInTheWrongPowerOfTenIsNamed) {
   for (const double factor : {10.0, 0.1, 100.0, 1000.0}) {
     for (const Sensor sensor : kWithModulus) {

@@ -135,7 +135,7 @@ auto Clocked(double factor) {
 auto WithSigma(double factor) {
   return Each([factor](ForceRow* row) { row->sigma *= factor; });
 }
-// From `begin` on, the estimate of the axes keeps its value.
+// From `begin` on, the estimate keeps its value on these axes.
 auto Stuck(double begin, std::set<int> axes) {
   return [begin, axes](unsigned seed) {
     std::vector<ForceRow> rows = Record(seed);

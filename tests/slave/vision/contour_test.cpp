@@ -308,7 +308,7 @@ Curve AroundBlock(double w, double h, const Off& off) {
 // Reference: where the edge was drawn. Noise of single points averages out: in forty fits with 0.1
 // px of noise the errors at the top's ends and centre are 0.01 to 0.02 px. The stated sigma may be
 // twice as large, since two hundred points cannot exclude a common error of this size.
-TEST(FitOutlineTest, SigmaIsByHowMuchTheEdgeIsElsewhere) {
+TEST(FitOutlineTest, SigmaMatchesTheErrorOfTheEdge) {
   Camera camera;
   camera.pixel = 1e-3;
   const CameraView view(camera, 640, 480);

@@ -52,8 +52,8 @@ TEST(PatchAlignerTest, AffineWarpsAndLightAreFoundTogether) {
   EXPECT_LT((match.warp.A - by.A).cwiseAbs().maxCoeff(), 0.003);
 }
 
-// Reference: the misses of images with noise of their own, shifted by every part of a pixel.
-// Tolerance: 120 squares of a normal miss scatter by 13 %; linear interpolation adds a little.
+// Reference: the errors for images with independent noise and all subpixel shifts. Tolerance: the
+// mean of 120 squares of a normal error scatters by 13 %; linear interpolation adds a little.
 TEST(PatchAlignerTest, CovarianceIsThatOfTheMissesUnderNoise) {
   WavyTexture texture;
   const cv::Size size(100, 100);

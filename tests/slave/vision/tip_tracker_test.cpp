@@ -141,7 +141,7 @@ TEST(TipTrackerTest, ATipThatJumpsIsFoundAgainInTheWholeImage) {
 
 // A part of the tool is covered: a glint, a wire along it, a cover over a third of it. The rest
 // determines the position to a quarter of a pixel, 1.8 % of a 14 px press.
-TEST(TipTrackerTest, WhatLiesOverTheToolDoesNotMoveTheTip) {
+TEST(TipTrackerTest, ACoverOverTheToolDoesNotMoveTheTip) {
   const TestImage painting = WithTool({160.3, 120.4});
   struct Cover {
     const char* name;
@@ -166,7 +166,7 @@ TEST(TipTrackerTest, WhatLiesOverTheToolDoesNotMoveTheTip) {
   }
 }
 
-// Two tools that look the same: to say which one is ours would be a guess.
+// Two tools look the same, so the tip is reported as lost.
 TEST(TipTrackerTest, ASecondPlaceAsGoodMeansLost) {
   TestImage painting = WithTool({160, 120});
   painting.noise = 0;

@@ -28,7 +28,7 @@ cv::Mat BarEndingAt(const Vector2d& end_I, double width) {
 class ToolEndTest : public testing::TestWithParam<double> {};
 
 // Tolerance: a quarter of a pixel, mainly because of marks near the end.
-TEST_P(ToolEndTest, IsSeenWhereItIsWhateverIsReported) {
+TEST_P(ToolEndTest, IsFoundIndependentOfTheReportedTip) {
   const Vector2d end(60.3, 90.4), stated = end - Vector2d(0.6 * GetParam(), GetParam());
   const cv::Mat image = BarEndingAt(end, 17);
   const auto seen = DetectToolEnd(image, GreyFormat(image), stated, {0, 1}, {17, 0});
@@ -87,8 +87,8 @@ TEST(ToolEnd, OfARoundToolIsItsApex) {
   }
 }
 
-// A video that begins when the tool has left its home.
-TEST(ToolEnd, IsMissedWhereTheToolGoesOn) {
+// A video that begins after the tool has left its home.
+TEST(ToolEnd, IsNotFoundWhereTheToolContinues) {
   const cv::Mat image = BarEndingAt({60, 90}, 17);
   const GreyFormat format(image);
   for (const double past : {9.0, 12.0, 20.0, 40.0}) {

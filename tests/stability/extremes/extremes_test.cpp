@@ -220,7 +220,7 @@ TEST(Extremes, TimeStepDensityAndModulus) {
   }
 }
 
-// Reference: w = F a^2 / (16 pi D), the point load in the middle, in the small-deflection limit.
+// Reference: w = F a^2 / (16 pi D), point load at the centre, in the small-deflection limit.
 void CheckPress(const Family& f, double radius, double thickness, double E, double nu,
                 double w_over_t, const std::string& axis, const std::string& value) {
   const Scene scene = MembraneScene(f, radius, thickness, E, nu);
@@ -260,7 +260,7 @@ TEST(Extremes, MembraneContacts) {
     for (const double count : Fine({1, 4, 16, 64}, {1, 4, 16, 64, 200, 500})) {
       const double a = 0.039;
       const Scene scene = MembraneScene(f, a, 1e-3, 27.2e6, 0.45);
-      std::vector<Vector3d> places;  // Vogel's spiral: no two closer than their share of the disc
+      std::vector<Vector3d> places;  // Vogel's spiral, with nearly uniform distances
       for (int i = 0; i < static_cast<int>(count); ++i) {
         const double r = 0.9 * a * std::sqrt((i + 0.5) / count), angle = 2.399963 * i;
         places.emplace_back(r * std::cos(angle), r * std::sin(angle), 0);

@@ -17,8 +17,8 @@
 
 namespace palpate {
 
-// Nodes around which the body is no half-space of its own modulus on the scale of a widened disc
-// (SurfaceFootprints): fixed ones, and those less than a few edges from a region.
+// Returns the nodes around which the body does not resemble a uniform half-space at the scale of a
+// widened disc (SurfaceFootprints): fixed ones, and those within a few edges of a region.
 std::vector<char> UnevenNodes(const RestStiffness& stiffness);
 
 // Under a unit force along each axis of O, evenly on the places of a contact.
@@ -34,8 +34,8 @@ class BendingTable {
  public:
   static constexpr int kGroup = 64;  // triangles of one file
 
-  // Keeps references. `width`: that of the contacts on disk [m], in the folder `cache`; empty: none
-  // is. Reads what is there.
+  // Stores references to its arguments. `width`: width of the contacts [m] stored on disk in the
+  // folder `cache` (empty: none). Reads the stored entries.
   BendingTable(const RestStiffness& stiffness, const GreenGroups& layout, double width,
                const std::filesystem::path& cache);
 

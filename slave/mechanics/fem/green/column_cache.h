@@ -9,7 +9,7 @@
 
 namespace palpate {
 
-// 64 bits, FNV-1a over whole words; chains.
+// FNV-1a hash with 64 bits over whole words. Calls of Add can be chained.
 class Hash {
  public:
   Hash& Add(std::span<const std::byte> bytes);
@@ -28,15 +28,15 @@ class Hash {
 // another problem count as absent. If the folder cannot be written, nothing is stored.
 class ColumnCache {
  public:
-  // Without a folder nothing is stored or found.
+  // Without a folder it stores and finds no data.
   ColumnCache() = default;
   ColumnCache(const std::filesystem::path& folder, std::uint64_t hash);
 
   [[nodiscard]] bool Load(int number, std::span<double> values) const;
-  // The file is there; its contents are examined by Load only.
+  // Returns whether the file exists; only Load checks its contents.
   [[nodiscard]] bool Has(int number) const;
   void Save(int number, std::span<const double> values) const;
-  // The same. Throws std::runtime_error: the folder cannot be written.
+  // As Save, but throws std::runtime_error if the folder cannot be written.
   void Keep(int number, std::span<const double> values) const;
   [[nodiscard]] bool enabled() const { return !folder_.empty(); }
 
@@ -54,7 +54,7 @@ struct CacheShare {
   std::size_t first = 0, step = 1;
 };
 struct CacheFilling {
-  std::size_t groups = 0, computed = 0;  // of the share
+  std::size_t groups = 0, computed = 0;  // groups of the share, and those computed now
 };
 
 }  // namespace palpate

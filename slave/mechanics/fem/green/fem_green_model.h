@@ -43,7 +43,7 @@ class FemGreenModel final : public DeformationModel {
   FemGreenModel(const SolidMesh& mesh, const HeldNodes& held, double young_modulus,
                 double poisson_ratio, const Options& options, Progress* progress = nullptr);
 
-  // The columns of their places, and how these bend.
+  // Computes the columns of the contacts' places, and how the body bends there.
   void Prefetch(std::span<const Contact> contacts) override;
   [[nodiscard]] std::string_view failure() const override {
     return failure_.empty() ? solver_.failure() : failure_;

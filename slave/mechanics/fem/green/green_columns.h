@@ -38,7 +38,7 @@ class GreenColumns final : public Compliance {
   // Makes the factor of the stiffness now; otherwise the first solution that needs it does.
   void Factorise(Progress* progress);
   RestFactor& Factor();
-  // The column is there already: asking for it costs nothing.
+  // Returns whether the column is already computed.
   [[nodiscard]] bool IsReady(int place) const {
     return column_of_place_[static_cast<std::size_t>(place)] != nullptr;
   }
@@ -78,10 +78,10 @@ class GreenColumns final : public Compliance {
   int groups_computed_ = 0;
 };
 
-// Computes a share of the groups of columns that GreenColumns keeps in the folder `cache`, and of
-// how a slender body bends under contacts of `width` [m] (BendingTable), without those that are
-// there. Factorises only if one is missing. Throws as GreenColumns; std::runtime_error: the folder
-// cannot be written.
+// Computes a part of the groups of columns that GreenColumns stores in the folder `cache`, and of
+// the bending of a slender body under contacts of `width` [m] (BendingTable), except existing ones.
+// Factorises only if one is missing. Throws as GreenColumns; std::runtime_error: the folder cannot
+// be written.
 CacheFilling FillColumnCache(const RestStiffness& stiffness, double width,
                              const std::filesystem::path& cache, const CacheShare& share,
                              Progress* progress);

@@ -23,14 +23,14 @@ class GreenGroups {
   static constexpr int kGroup = 8;             // places
   static constexpr int kColumns = 3 * kGroup;  // of every group; those beyond its places are zero
 
-  // Keeps a reference.
+  // Stores a reference to its argument.
   explicit GreenGroups(const RestStiffness& stiffness);
 
   [[nodiscard]] int places() const { return static_cast<int>(node_of_place_.size()); }
   [[nodiscard]] int groups() const { return (places() + kGroup - 1) / kGroup; }
   [[nodiscard]] static int first(int group) { return group * kGroup; }
   [[nodiscard]] int count(int group) const { return std::min(kGroup, places() - first(group)); }
-  // Numbers of one place.
+  // Returns the count of numbers per place.
   [[nodiscard]] std::size_t per_place() const { return 9 * node_of_place_.size(); }
   [[nodiscard]] std::size_t values(int group) const {
     return per_place() * static_cast<std::size_t>(count(group));

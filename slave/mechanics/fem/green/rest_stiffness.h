@@ -1,9 +1,10 @@
 // Stiffness at rest of a linear-elastic tetrahedral mesh, with fixed components left out, and its
 // factor.
 //
-// Nondimensional: lengths by length_unit, moduli by E of the body, which each tetrahedron's modulus
-// multiplies, so K = K_SI / (E length_unit). Small strain. Ten nodes have a pressure unknown per
-// corner from nu = 0.49 on (SolidParams::HasPressureUnknown); four nodes lock as nu -> 0.5.
+// Nondimensional: lengths are divided by length_unit, moduli by E of the body, and each tetrahedron
+// has a relative modulus, so K = K_SI / (E length_unit). Small strain. Ten nodes have a pressure
+// unknown per corner from nu = 0.49 on (SolidParams::HasPressureUnknown); four nodes lock as nu ->
+// 0.5.
 #pragma once
 
 #include <array>
@@ -50,7 +51,8 @@ RestStiffness AssembleAtRest(const SolidMesh& mesh, const HeldNodes& held, doubl
 // The factor of a RestStiffness. Not thread-safe.
 class RestFactor {
  public:
-  // Keeps a reference. Throws: see SpdFactor; std::invalid_argument: a pivot is zero.
+  // Stores a reference to its argument. Throws: see SpdFactor; std::invalid_argument: a pivot is
+  // zero.
   explicit RestFactor(const RestStiffness& stiffness);
 
   // Each column becomes K^-1 times it, with pressure to a residual of 1e-12.

@@ -63,7 +63,7 @@ void AddStiffness(const Matrix9d& D, const Gradients<kNodes>& gradients, double 
   }
 }
 
-// The same from derivatives with respect to the invariants:
+// Adds the stiffness from derivatives with respect to the invariants:
 //   K_ab = c_I g_a.g_b 1 + c_FF f_a f_b^T + c_JJ h_a h_b^T + c_J [F (g_a x g_b)],
 // f = F g, h = cof F g, and [w] v = v x w. The nodes are processed in parallel lanes.
 template <int kNodes>

@@ -3,8 +3,8 @@
 //
 //   W(u, p) = integral of A(F) + p g(F) - p^2 / (2 k)
 //
-// Ten nodes may have a pressure of their own: p is then continuous and linear over the vertices
-// (Taylor and Hood's element).
+// Ten-node elements may have pressure unknowns: p is then continuous and linear between the
+// vertices (Taylor-Hood element).
 #pragma once
 
 #include <vector>
@@ -20,7 +20,7 @@ namespace palpate {
 // In an element of relative modulus c the law is multiplied: c A, c k.
 class ElasticBody {
  public:
-  // Keeps references to the mesh and the layout, whose pressures it uses if there are any.
+  // Stores references to the mesh and the layout, whose pressures it uses if there are any.
   ElasticBody(const TetMesh& mesh, const BlockLayout& layout, const MaterialLaw& law);
 
   // W, and its gradient over all unknowns, rows of the layout. NaN where `x` is not finite.

@@ -41,14 +41,14 @@ class Equilibrium {
  public:
   struct Options {
     double residual = 1e-6;  // relative to the largest of loads, reactions and point forces
-    // A step of time: one linear solve without line search, with the tangent that holds the
-    // co-rotational law's rotations.
+    // A time step: one linear solve without line search, with a tangent for constant rotations of
+    // the co-rotational law.
     bool one_solve = false;
     SymmetricSolver::Limits limits;
     // For long searches; may be null, else must outlive this.
     fem::SearchProgress* progress = nullptr;
   };
-  // Keeps references. The linear law assembles its matrix here.
+  // Stores references to its arguments. The linear law assembles its matrix here.
   Equilibrium(const BlockLayout& layout, const ElasticBody& body, const Options& options);
 
   // Moves x, a state near the solution, to equilibrium. False: failure() is the reason, x is
@@ -91,7 +91,8 @@ class Equilibrium {
   const ElasticBody& body_;
   Options options_;
   SymmetricSolver solver_;
-  // For the linear law, else at the start of a solution; without constraints.
+  // Stiffness without constraints: constant for the linear law, else that at the start of a
+  // solution.
   SparseMatrix stiffness_;
   SparseMatrix system_;  // the factorised matrix
   // Rows of moved points.

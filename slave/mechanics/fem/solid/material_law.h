@@ -27,8 +27,8 @@ using Matrix9d = Eigen::Matrix<double, 9, 9>;
 
 // Treatment of the parts that make a tangent indefinite.
 struct Tangent {
-  double removed = 0;   // share of every negative curvature at a point that is taken away, 0 to 1
-  bool warped = false;  // hold the co-rotational law's rotation
+  double removed = 0;   // fraction of every negative curvature at a point that is removed, 0 to 1
+  bool warped = false;  // keep the co-rotational law's rotation constant
 };
 constexpr Tangent kExactTangent{0, false};
 constexpr Tangent kProjectedTangent{1, false};  // positive semidefinite

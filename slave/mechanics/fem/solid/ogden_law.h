@@ -16,7 +16,7 @@ namespace palpate {
 
 class OgdenLaw {
  public:
-  // `mu`: shear modulus at rest, of which each term has its share.
+  // `mu`: shear modulus at rest, which is divided among the terms by their shares.
   OgdenLaw(const std::vector<OgdenTerm>& terms, double mu);
 
   // For F = I + H: A and dA / dF. Infinite and zero where det F is not above zero. Strains of 1e-18

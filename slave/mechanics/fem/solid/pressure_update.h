@@ -12,7 +12,7 @@ namespace palpate {
 
 class PressureUpdate {
  public:
-  // Keeps references.
+  // Stores references to its arguments.
   PressureUpdate(const BlockLayout& layout, const ElasticBody& body);
 
   // Sets the pressures of x by its displacements.

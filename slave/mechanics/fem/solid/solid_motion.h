@@ -13,22 +13,22 @@ namespace palpate {
 
 class SolidMotion {
  public:
-  // Keeps references to the equilibrium and the state, to whose balance it adds the inertia.
+  // Stores references to the equilibrium and the state, to whose balance it adds the inertia.
   // `density`: divided by E and multiplied by the square of the length unit [s^2].
   SolidMotion(const FemOptions& options, const BlockLayout& layout, const ElasticBody& body,
               double density, Equilibrium& equilibrium, SolidState& state);
 
-  // At rest.
+  // Puts the body at rest.
   void Reset();
-  // The state after one more step under its loads. False: no solution, the state is as before.
+  // Advances the state by a step under its loads. False: no solution, the state is as before.
   bool Step();
-  // The state is as before the last step.
+  // Restores the state before the last step.
   void TakeBack();
 
   // Returns whether the last step increased the energy by more than the work of loads and moved
   // nodes.
   [[nodiscard]] bool grew() const { return grew_; }
-  // Elastic and kinetic, by E times the length unit cubed.
+  // Elastic plus kinetic energy, divided by E times the length unit cubed.
   [[nodiscard]] double Energy();
 
  private:

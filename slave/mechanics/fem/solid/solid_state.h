@@ -1,4 +1,4 @@
-// The unknowns of a solid and the loads on them. Nondimensional: lengths divided by the larger
+// The unknowns of a solid and the loads on them. Nondimensional: lengths are divided by the larger
 // side, forces by E times its square.
 #pragma once
 
@@ -17,7 +17,7 @@ struct SolidState {
   Eigen::VectorXd loads;           // gravity included
   std::vector<double> row_target;  // prescribed displacements of moved points
 
-  // At rest, and nothing holds a moved point.
+  // Resets to rest without moved points.
   void Rest() {
     x.setZero();
     balance.row_force.setZero();

@@ -13,7 +13,8 @@ namespace palpate {
 
 class SolidStatics {
  public:
-  // Keeps references. `linear`: the law is, so that one solve is all there is.
+  // Stores references to its arguments. `linear`: the law is linear, so that one solve is
+  // sufficient.
   SolidStatics(Equilibrium& equilibrium, const Supports& supports, fem::SearchProgress& progress,
                bool linear, int unknowns);
 

@@ -143,7 +143,7 @@ struct SymmetricSolver::Iterative {
   fem::TwoGrid grids;
   fem::NodeVector free, x, r, z, d, Ad;
   // Smallest number of iterations per digit, and excess iterations since.
-  double young = 0, excess = 0;
+  double fewest = 0, excess = 0;
 
   Iterative(const SparseMatrix& scalars, std::span<const Eigen::Vector3d> points)
       : pattern(PatternOf(scalars)), matrix(pattern), grids(points, pattern) {
@@ -206,7 +206,7 @@ struct SymmetricSolver::Iterative {
       free[i / 3].v[i % 3] = i < fixed.size() && fixed[i] ? 0 : 1;
     }
     excess = 0;
-    young = std::numeric_limits<double>::infinity();
+    fewest = std::numeric_limits<double>::infinity();
     return grids.Factor(matrix, free);
   }
 
@@ -214,8 +214,8 @@ struct SymmetricSolver::Iterative {
   // grids.
   void CountAge(double digits, long taken) {
     if (taken == 0 || digits <= 0) return;
-    young = std::min(young, static_cast<double>(taken) / digits);
-    excess += static_cast<double>(taken) - young * digits;
+    fewest = std::min(fewest, static_cast<double>(taken) / digits);
+    excess += static_cast<double>(taken) - fewest * digits;
   }
 
   enum class Outcome { kConverged, kIndefinite, kSlow, kStopped };

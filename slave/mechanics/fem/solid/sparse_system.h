@@ -24,8 +24,8 @@ using ElementMatrix =
 
 class BlockLayout {
  public:
-  // Three displacements per node and, with `pressure`, a pressure behind those of every vertex.
-  // Keeps a reference to the mesh. O(N log N).
+  // Three displacements per node and, with `pressure`, a pressure after those of every vertex.
+  // Stores a reference to the mesh. O(N log N).
   BlockLayout(const TetMesh& mesh, bool pressure);
 
   [[nodiscard]] int size() const { return size_; }
@@ -44,8 +44,8 @@ class BlockLayout {
 
   // The pattern, all values zero.
   [[nodiscard]] const SparseMatrix& pattern() const { return pattern_; }
-  // Adds an element's matrix: entry(a, i, b, k) is what is between unknown i of node a and k of
-  // node b of the element, not b < a.
+  // Adds an element's matrix: entry(a, i, b, k) is the entry for unknown i of node a and k of node
+  // b of the element, with b >= a.
   template <typename Entry>
   void Add(int element, Entry&& entry, SparseMatrix* matrix) const {
     const auto nodes = mesh_.element(element);

@@ -15,7 +15,8 @@ namespace palpate {
 
 class Supports {
  public:
-  // Keeps references. `volumes`: of every node's shape function, the weights of means.
+  // Stores references to its arguments. `volumes`: of every node's shape function, the weights of
+  // means.
   Supports(const TetMesh& mesh, const BlockLayout& layout, const HeldNodes& held,
            Eigen::VectorXd volumes);
 
@@ -31,7 +32,7 @@ class Supports {
   [[nodiscard]] double Imbalance(const Eigen::VectorXd& force) const;
   // Force that the pins carry; `unbalanced` is that of Equilibrium.
   [[nodiscard]] double PinForce(const Eigen::VectorXd& unbalanced) const;
-  // Takes the free motions out of x: zero mean displacement and rotation.
+  // Removes the free motions from x, so that mean displacement and rotation are zero.
   void RemoveFreeMotion(Eigen::VectorXd* x) const;
 
  private:
@@ -48,7 +49,7 @@ class Supports {
   HeldNodes held_;  // including mid-edge nodes
   Eigen::VectorXd volumes_;
   std::vector<bool> used_;
-  fem::HeldMotions motions_;                 // of a body that nothing holds
+  fem::HeldMotions motions_;                 // rigid motions of a body without supports
   std::vector<int> node_of_, component_of_;  // per unknown; -1: a pressure
   fem::HeldMotions::Motions free_motions_;
   std::vector<int> pins_;

@@ -46,8 +46,8 @@ enum class Rim : std::uint8_t { kStays, kMayMove };
 // small-deflection shape, so that it does not end in a local minimum.
 class LoadFitter {
  public:
-  // Keeps a reference to the plate and uses its Respond. `tool`: the tool, with a diameter < 0.9 of
-  // the plate's. `finer`: the same plate with more modes, used if the first does not resolve the
+  // Stores a reference to the plate and uses its Respond. `tool`: the tool, with a diameter < 0.9
+  // of the plate's. `finer`: the same plate with more modes, used if the first does not resolve the
   // shape (plate_law.h): up to three steps with its derivatives from the first solution, so at most
   // four solutions of the finer plate; the whole fit if these fail. Throws std::invalid_argument.
   LoadFitter(PlateSurface& plate, const PlateSurface::Tool& tool, PlateSurface* finer = nullptr);
@@ -75,8 +75,8 @@ class LoadFitter {
     double amount = 0, sigma = 0;  // 0: the points cannot distinguish it from another load
     double force = 0;              // change of the load per unit amount [N]
   };
-  // `change`: of the points' displacements under the same load, per amount [m]; as many as points.
-  // sigma by the points' own. No allocation.
+  // `change`: change of the points' displacements under the same load per unit amount [m], one per
+  // point. The result's sigma follows from the points' sigmas. No allocation.
   [[nodiscard]] Sought Seek(std::span<const double> change) noexcept;
   // Forgets the last solution.
   void Reset() { last_.reset(); }
@@ -126,7 +126,7 @@ class LoadFitter {
   long allowed_ = std::numeric_limits<long>::max();
   std::vector<Measured> measured_;
   std::vector<Eigen::Vector2d> places_;  // [radii]
-  Eigen::VectorXd values_, weights_;     // displacements by sigma, 1 / sigma
+  Eigen::VectorXd values_, weights_;     // displacements / sigma, 1 / sigma
   plate::LoadSearch search_;
   int count_ = 0;  // of those that count
   Rim rim_ = Rim::kStays;

@@ -1,5 +1,5 @@
-// Coarse position of a load on a plate: the best of 91 positions over it, by the small-deflection
-// shape. Nondimensional as in green.h.
+// Finds the coarse position of a load on a plate: the best of 91 positions, using the
+// small-deflection shape. Nondimensional as in green.h.
 #pragma once
 
 #include <span>
@@ -45,10 +45,10 @@ class RimMotions {
  public:
   using Columns = Eigen::Matrix<double, Eigen::Dynamic, 3>;
 
-  // `places`: of the points [radii]; `sigmas` of their displacements [m]. Motions that the points
-  // cannot distinguish are left out. Allocates for more points than before.
+  // `places`: positions of the points [radii]; `sigmas`: of their displacements [m]. Motions that
+  // the points cannot distinguish are left out. Allocates for more points than before.
   void Span(std::span<const Eigen::Vector2d> places, std::span<const double> sigmas);
-  // Orthonormal, as displacements by their sigmas.
+  // Orthonormal motions, as displacements divided by their sigmas.
   [[nodiscard]] const Columns& columns() const { return columns_; }
   void LeaveOut(Eigen::VectorXd* values) const noexcept;
   // c0 + c1 x + c2 y along z that explains the values best.

@@ -43,7 +43,7 @@ class DeviceBench {
   DeviceBench& operator=(const DeviceBench&) = delete;
 
   virtual void Open() = 0;
-  // One millisecond.
+  // Simulates one millisecond.
   virtual const TickRecord& Step() = 0;
   // Force that the motors make now, M [N].
   [[nodiscard]] virtual Eigen::Vector3d Made() const = 0;

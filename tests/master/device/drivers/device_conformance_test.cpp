@@ -75,9 +75,10 @@ TEST_P(DeviceConformanceTest, ThePressGivesTheForceOfTheSimulatedOperator) {
   EXPECT_EQ(bench->allocations(), allocations);
 }
 
-// Unplugged at instants of a press, from before the contact to its end: the force is zero within
-// 25 ms, the reason is reported, the tool does not move after 40 ms, and the switch that stays
-// closed engages nothing. Plugged in again, the device makes no force before an engagement.
+// The device is unplugged at various times of a press, from before the contact to its end: the
+// force is zero within 25 ms, the reason is reported, the tool does not move after 40 ms, and the
+// closed switch does not engage. After it is plugged in again, there is no force before an
+// engagement.
 TEST_P(DeviceConformanceTest, UnpluggingAtAnyInstantEndsForceAndMotion) {
   const std::vector<PressTick> press = SimulatedPress(GetParam().speed);
   const auto [first, last] = ContactOf(press);

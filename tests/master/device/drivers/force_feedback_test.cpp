@@ -50,7 +50,7 @@ TEST_P(ForceFeedbackTest, NoPathFromEngagementToForceSkipsALimit) {
     if (below(700) == 0) bench_.fake.set_error("", -1, 1 + below(4));
     bench_.Step();
     ASSERT_LE(bench_.Made().norm(), kForceLimit * (1 + 1e-9)) << i;
-    const auto [t, asked] = bench_.Asked();  // a frozen device takes no command meanwhile
+    const auto [t, asked] = bench_.Asked();  // a frozen device accepts no commands
     ASSERT_LE(asked.norm(), kForceLimit * (1 + 1e-9)) << i;
     if (!asked.isZero(0)) {
       ASSERT_LE((asked - last).norm(), kSlew * (t - last_t) * (1 + 1e-6)) << i;

@@ -59,7 +59,7 @@ class HaplyService {
   HaplyService& operator=(const HaplyService&) = delete;
 
   [[nodiscard]] std::uint16_t port() const { return static_cast<std::uint16_t>(port_); }
-  // The answer to one line, see haply_service.py.
+  // Returns the answer to one line, see haply_service.py.
   std::string Ask(const std::string& line) const {
     const std::string text = line + "\n";
     if (write(control_, text.data(), text.size()) < 0) return "error: not written";
@@ -117,7 +117,8 @@ class HaplyBench final : public DeviceBench {
     ASSERT_TRUE(device);
     device->LowerForceLimit(kForceLimit);
   }
-  // One millisecond of both clocks, then two answers of the service: the second has the new time.
+  // Advances both clocks by a millisecond and waits for two answers of the service; the second has
+  // the new time.
   DeviceReading Read() {
     service.Ask("step 0.001");
     now_ = now_.load() + std::chrono::milliseconds(1);

@@ -72,7 +72,7 @@ Start::~Start() {
   unlink(path_.c_str());
 }
 
-// One client at a time; the first that connects after another has left is served next.
+// Serves one client at a time; after it disconnects, the next one is served.
 void Start::Serve(Core& core) {
   for (int client; (client = accept(listening_, nullptr, nullptr)) >= 0; close(client)) {
     client_ = client;

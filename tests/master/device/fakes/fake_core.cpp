@@ -11,7 +11,7 @@ namespace {
 using Eigen::Vector3d;
 using Lock = std::lock_guard<std::recursive_mutex>;
 
-// Longest step of the device [s].
+// Largest time step of the simulated device [s].
 constexpr double kStep = 0.00025;
 
 double RealNow() {

@@ -31,7 +31,7 @@ class Core {
  public:
   virtual ~Core() = default;
 
-  // Holds for all members; functions that are called with it locked say so.
+  // Guards all members; functions that must be called with it locked say so.
   std::recursive_mutex mutex;
 
   void Reset();

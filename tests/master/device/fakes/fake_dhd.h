@@ -83,7 +83,7 @@ struct Dhd : Core {
 
   bool MotorsOn() const override { return open && force_on && plugged; }
   Vector3d MotorForce() const override { return MotorsOn() ? motors : Vector3d(Vector3d::Zero()); }
-  // The controller's own guard. A frozen one guards nothing.
+  // The watchdog of the device's controller; it does not work in a frozen device.
   void OnStep(double) override {
     if (!MotorsOn() || frozen) return;
     if (time - force_at > Number("watchdog")) TurnOff(kByWatchdog);

@@ -63,8 +63,8 @@ struct Hd : Core {
     Callback call;
     void* data;
   };
-  // Guards the list of callbacks; held while they run, so that who removes one waits until it is
-  // out.
+  // Guards the list of callbacks. It is locked while they run, so that removing a callback waits
+  // for its end.
   std::recursive_mutex running;
   std::vector<Scheduled> scheduled;
   unsigned long last_id = 0;

@@ -8,8 +8,8 @@
 // dhd  libdhd.so, Force Dimension: x to the user, y right, z up
 //
 // They lie in build/release/fakes/<fake>. Their options are listed in the sources' comments, at
-// `Defaults`; all have the resolution of what the vendor's calls report [m]. The handle is where
-// the script of the operator's hand has it, and rests without one.
+// `Defaults`; all have the resolution of what the vendor's calls report [m]. The handle follows the
+// script of the simulated operator; without a script it rests.
 //
 // Programs are controlled through a socket: PALPATE_FAKE_<NAME>_CONTROL is its path. Each line sent
 // gets one line back, "ok" or "error: ...". Lines: follow FILE.csv, which has the columns
@@ -22,11 +22,11 @@ struct FakeKnot {
 };
 
 extern "C" {
-// As after loading: real time, plugged in, at rest at the origin, default options, nothing scripted
-// or commanded.
+// Restores the state after loading: real time, plugged in, at rest at the origin, default options,
+// no script and no command.
 void fake_reset();
-// From now on time is what the test says: it is `now` [s], and only `fake_step` moves it. Servo
-// threads rest; their callbacks run inside `fake_step`.
+// From now on the test controls the time: it is `now` [s], and only `fake_step` advances it. Servo
+// threads are stopped; their callbacks run inside `fake_step`.
 void fake_set_clock(double now);
 void fake_step(double seconds);
 double fake_now();
@@ -43,14 +43,14 @@ void fake_press(int button, int down, double after);
 void fake_unplug();
 void fake_replug();
 // 0: runs. 1: answers repeat, commands have no effect, motors keep their force. 2: as 1, and the
-// device's own thread makes no calls any more.
+// device's own thread makes no more calls.
 void fake_freeze(int mode);
 // The next `count` calls of the vendor's `function` ("": of any) fail with `code`; count < 0: all.
 void fake_set_error(const char* function, int code, int count);
 
-// What the motors make now. 1: they are on; 0: off, f is zero.
+// Gets the present force of the motors. Returns 1 if they are on; 0: off, and f is zero.
 int fake_last_force(double f[3]);
-// Force of the newest command that the device took [N], and when [s].
+// Gets the force of the newest accepted command [N]. Returns its time [s].
 double fake_last_command(double f[3]);
 // How often the vendor's `function` was called.
 int fake_calls(const char* function);

@@ -1,4 +1,4 @@
-// The server as strangers meet it: other hosts and origins, nonsense, floods.
+// Tests the server with hostile clients: other hosts and origins, invalid data, floods.
 #include <thread>
 
 #include <gmock/gmock.h>
@@ -24,7 +24,8 @@ class HostileVisitorTest : public testing::Test {
     client.Send(request);
     return client.ReadAll();
   }
-  // Why a page that sends `frames` is closed; empty: the line just ended.
+  // Returns the reason with which a page that sends `frames` is closed; empty: the connection ended
+  // without one.
   std::string ClosedBecause(const std::string& frames) {
     PageClient page(server_.endpoint());
     page.Upgrade(Host(), "");
@@ -89,7 +90,7 @@ TEST_F(HostileVisitorTest, BadRequestsAreAnsweredAndForgotten) {
   ExpectSound();
 }
 
-TEST_F(HostileVisitorTest, WhatIsNoWishClosesThePageWithTheReason) {
+TEST_F(HostileVisitorTest, AnInvalidCommandClosesThePageWithTheReason) {
   for (const char* message :
        {"", "{", "[]", "1", R"({"do":"fly"})", R"({"do":5})", R"({"do":"ping","at":1e999})",
         R"({"do":"pointer","at":1,"p_M":[0,0,1e9],"engaged":true})"}) {
@@ -150,7 +151,7 @@ TEST_F(HostileVisitorTest, TooManyPagesAreRefusedAndMakeRoomWhenTheyLeave) {
   ExpectSound();
 }
 
-TEST_F(HostileVisitorTest, ConnectionsThatSayNothingTakeNoMoreThanTheirNumber) {
+TEST_F(HostileVisitorTest, SilentConnectionsAreLimitedInNumber) {
   std::vector<std::unique_ptr<PageClient>> idle;
   for (std::size_t i = 0; i < 2 * PageServer::kMaxConnections; ++i)
     idle.push_back(std::make_unique<PageClient>(server_.endpoint()));

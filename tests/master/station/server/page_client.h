@@ -33,7 +33,8 @@ class PageClient {
   // Reads up to and including `end`, or until the other end closes.
   std::string ReadUntil(std::string_view end);
 
-  // The WebSocket's handshake; the status line of the answer. Empty headers are left out.
+  // Performs the WebSocket handshake and returns the status line of the answer. Empty headers are
+  // omitted.
   std::string Upgrade(const std::string& host, const std::string& origin,
                       const std::string& target = "/ws");
   struct Frame {

@@ -1,4 +1,4 @@
-// The server as a page meets it.
+// Tests the server from the view of a page.
 #include "master/station/server/page_server.h"
 
 #include <atomic>
@@ -59,7 +59,7 @@ TEST_F(PageServerTest, ServesThePageAndNothingFromElsewhere) {
   }
 }
 
-TEST_F(PageServerTest, TellsANewPageWhatIsOnTheBoardAndThenWhatIsNew) {
+TEST_F(PageServerTest, SendsANewPageTheBoardAndThenNewMessages) {
   Put(Topic::kHello, "hello");
   Put(Topic::kImage, "an image");
   PageClient page(server_.endpoint());
@@ -110,7 +110,7 @@ std::string Count(std::uint32_t taken) {
 }
 
 // A browser keeps reading while its page is busy; data that the page cannot use is not sent.
-TEST_F(PageServerTest, APageThatSaysWhatItTookGetsTheNewestNext) {
+TEST_F(PageServerTest, APageThatConfirmsReceiptGetsTheNewestNext) {
   constexpr int kAhead = 8;
   PageClient page(server_.endpoint());
   ASSERT_THAT(page.Upgrade(Host(), Origin()), HasSubstr("101"));
@@ -140,7 +140,7 @@ TEST_F(PageServerTest, ACountThatIsNoneEndsTheLineWithTheReason) {
   }
 }
 
-TEST_F(PageServerTest, TellsWhoLeft) {
+TEST_F(PageServerTest, ReportsPagesThatLeft) {
   {
     PageClient page(server_.endpoint());
     ASSERT_THAT(page.Upgrade(Host(), Origin()), HasSubstr("101"));
@@ -174,7 +174,7 @@ class PageSetupTest : public testing::Test {
        [this](const std::string& call, const std::string& json,
               const PageServer::Listener::Done& done) {
          ++calls_;
-         slave_ = std::jthread([=] {  // answers later and on a thread of its own, as a slave does
+         slave_ = std::jthread([=] {  // answers later and on a separate thread, like a slave
            done(call == "propose" ? 200 : 409,
                 R"({"call":")" + call + R"(","bytes":)" + std::to_string(json.size()) + "}");
          });

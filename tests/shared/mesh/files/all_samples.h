@@ -11,7 +11,7 @@ namespace palpate::samples {
 
 struct Sample {
   std::string name;  // its special property
-  std::string file;  // its name on disk, chosen by extension
+  std::string file;  // its file name, whose extension selects the reader
   std::string bytes;
 
   friend std::ostream& operator<<(std::ostream& stream, const Sample& sample) {

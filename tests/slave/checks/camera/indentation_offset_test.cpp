@@ -11,8 +11,8 @@ namespace {
 
 constexpr double kModel = 0.075, kEdge = 0.2, kImage = 0.1;  // sigmas: [-], [px], [px]
 
-// A press to 14 px in steps of a third of a pixel; the edge shows (1 + f) depth - offset, and
-// nothing before the tool touches.
+// A press to 14 px in steps of a third of a pixel; the edge shows (1 + f) depth - offset, and no
+// indentation before contact.
 IndentationOffset Press(double f, double offset, double deepest, std::uint32_t seed) {
   std::mt19937 random(seed);
   std::normal_distribution<double> noise(0, kImage);
@@ -30,8 +30,8 @@ TEST(IndentationOffset, NothingIsKnownBeforeTheFirstImage) {
   EXPECT_TRUE(std::isinf(fit.sigma()));
 }
 
-// Reference: the offset that made the data. Tolerance: 3 of its own sigma.
-TEST(IndentationOffset, IsWhatTheDepthIsAheadOfTheIndentation) {
+// Reference: the offset in the data. Tolerance: 3 sigma.
+TEST(IndentationOffset, IsTheExcessOfDepthOverIndentation) {
   for (const double offset : {-3.0, -1.0, 0.0, 1.0, 3.0}) {
     const IndentationOffset fit = Press(0, offset, 14, 1);
     EXPECT_NEAR(fit.value(), offset, 3 * fit.sigma()) << offset;

@@ -17,7 +17,7 @@ namespace {
 using Eigen::Vector2d;
 using Eigen::Vector3d;
 
-constexpr double kNoise = 0.01;  // of a place in an image, per axis [px]
+constexpr double kNoise = 0.01;  // noise of an image position, per axis [px]
 constexpr int kRest = 10;
 constexpr double kPeriod = 1.0 / 30;  // [s]
 
@@ -61,8 +61,8 @@ class Watched {
     check_.Examine({{}, {}, *seen}, &findings);
     return findings.verdict.check;
   }
-  // The first flag of a press to 5 mm in 20 images, held for as many; the right image is
-  // `late` images late.
+  // Returns the first flag during a press to 5 mm in 20 images and a hold of 20 images; the right
+  // image is `late` images late.
   FailedCheck Press(int late) {
     const auto depth = [](int image) { return 2.5e-4 * std::clamp(image, 0, 20); };
     for (int i = 0; i < 40; ++i) {
@@ -71,7 +71,7 @@ class Watched {
     }
     return FailedCheck::kNone;
   }
-  // The same with repeated presses to 5 mm and back, a dozen images each.
+  // Returns the first flag during repeated presses to 5 mm and back, a dozen images each.
   FailedCheck Swing(double late) {
     const auto depth = [](double image) {
       return 2.5e-3 * (1 - std::cos(std::numbers::pi / 6 * image));
@@ -131,7 +131,7 @@ TEST(EpipolarCheckTest, ImagesOfDifferentInstantsAreFlaggedWhileThePressMoves) {
 // timestamps do not show. The stated noise of 40 pairs leaves an uncertainty of 0.02 image periods.
 // Tolerance: the speed is that of half an image earlier, which changes the result by up to a
 // quarter.
-TEST(EpipolarCheckTest, TheMomentIsAsSureAsStampsAgreeWithWhatMoves) {
+TEST(EpipolarCheckTest, TheTimesSigmaFollowsFromTimestampErrors) {
   for (const double late : {0.0, 0.08, -0.08}) {
     for (const double reported : {0.0, 0.08, -0.08}) {
       Watched watched;
@@ -146,7 +146,7 @@ TEST(EpipolarCheckTest, TheMomentIsAsSureAsStampsAgreeWithWhatMoves) {
   }
 }
 
-TEST(EpipolarCheckTest, StampsThatAreFarFromWhatMovesAreFlagged) {
+TEST(EpipolarCheckTest, WrongTimestampsAreFlagged) {
   Watched watched;
   watched.reported_late = -0.15;
   watched.Rest();
@@ -180,8 +180,8 @@ TEST(EpipolarCheckTest, NoiseThatImagesDoNotTellWidensTheCovariances) {
   }
 }
 
-// Noise as it is stated and some less; then a tenth and one and a half times as much, of which 300
-// misses show within a twentieth.
+// Noise of 0.4 and 1 times the stated value is accepted as the only error; 0.1 and 1.5 times are
+// not. 300 ray distances determine the noise within a twentieth.
 TEST(EpipolarCheckTest, PointsErrByNoiseAloneIfTheyScatterByItAtRest) {
   for (const double more : {0.1, 0.4, 1.0, 1.5}) {
     Watched watched;

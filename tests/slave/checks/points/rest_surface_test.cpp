@@ -43,7 +43,7 @@ std::vector<RestRay> Seen(double focal, double scale, double shift, double tilt,
   return rays;
 }
 
-// About the middle of the square.
+// Returns the rays of the square rotated about its centre.
 std::vector<RestRay> Turned(double tilt) {
   return Seen(1, 1, std::tan(tilt) * kDistance, tilt, true);
 }
@@ -77,8 +77,8 @@ TEST(RestSurfaceTest, AnotherDistanceIsNamed) {
   }
 }
 
-// Intrinsics of another stream make the body smaller or larger, whatever is around it; half an
-// image with those of the whole one, twice.
+// With intrinsics of another stream the body appears smaller or larger, with any surroundings; an
+// image of half the size with the intrinsics of the full one: by a factor of two.
 TEST(RestSurfaceTest, IntrinsicsOfAnotherStreamAreNamed) {
   for (const bool has_table : {false, true}) {
     for (const double focal : {1.15, 1.3}) {

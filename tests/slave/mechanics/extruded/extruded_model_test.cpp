@@ -58,10 +58,10 @@ struct Measured {
   double stiffness;  // relative to E and the side
 };
 
-// Reference: trilinear bricks with mean dilatation, graded to the tool's ends, 6 and 10 across the
-// tool and extrapolated, block_flat of tests/campaigns/presses/presses.py, which share nothing with
-// the model. Tolerance: 3 %, of theirs 1 % (the half-space's compliance gave 0.5 % more for another
-// block).
+// Reference: trilinear hexahedra with mean dilatation (block_flat of
+// tests/campaigns/presses/presses.py), graded to the tool's ends, with 6 and 10 across the tool and
+// extrapolated. They share nothing with the model. Tolerance: 3 %, of which 1 % is the reference's
+// error (for another block the compliance of the half-space was 0.5 % higher).
 TEST(ExtrudedModel, IsAsStiffAsBricksInSpace) {
   for (const Measured& at :
        {Measured{1, 0.5, 0.1, 0.1, -1, 0.45, 0.14403}, Measured{1, 0.5, 0.1, 1, -1, 0.49, 0.53885},

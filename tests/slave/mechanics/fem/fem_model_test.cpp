@@ -218,7 +218,8 @@ TEST(FemModel, LongSearchesTellHowFarTheyAreAndStop) {
   }
 }
 
-// Law: press the cube flat and further: the elements inside out are counted, the answer flagged.
+// Law: if the cube is pressed flat and further, inverted elements are counted and the answer is
+// flagged.
 TEST(FemModel, InversionIsFlaggedAndRecoveredFrom) {
   const SolidMesh mesh = Block(3);
   FemModel model(mesh, OnFloor(mesh), solids::Foam());
@@ -231,7 +232,7 @@ TEST(FemModel, InversionIsFlaggedAndRecoveredFrom) {
   EXPECT_EQ(back.validity, Validity::kValid);
 }
 
-TEST(FemModel, RefusesWhatMakesNoSense) {
+TEST(FemModel, RefusesInvalidParameters) {
   using P = FemModel::Params;
   const std::vector<std::pair<void (*)(SolidMesh*, P*), const char*>> mistakes{
       {[](SolidMesh*, P* p) { p->material.poisson_ratio = 0.5; }, "poisson_ratio = 0.5"},

@@ -27,7 +27,7 @@ inline std::vector<double> GradedSteps(double fine, double side, double growth, 
   for (int i = 1; i <= steps; ++i) at.push_back(fine + (end - fine) * grown(i) / grown(steps));
   return at;
 }
-// The same to both sides of zero.
+// Returns `steps`, which begin at 0, and their negatives.
 inline std::vector<double> Mirrored(const std::vector<double>& steps) {
   std::vector<double> all;
   for (auto it = steps.rbegin(); it != steps.rend(); ++it) all.push_back(-*it);
@@ -46,7 +46,7 @@ inline void AddTet(std::array<int, 4> tet, SolidMesh* mesh) {
 // Unlike MeshBox's cells, such a cell has more unknowns than incompressibility constraints.
 inline SolidMesh CrossedBox(const std::array<std::vector<double>, 3>& grid) {
   SolidMesh mesh;
-  std::map<std::array<int, 3>, int> number;  // of nodes, by twice their place in the grid
+  std::map<std::array<int, 3>, int> number;  // number of each node, by twice its grid position
   const auto node = [&](const std::array<int, 3>& at) {
     const auto [found, is_new] = number.try_emplace(at, static_cast<int>(mesh.nodes.size()));
     if (is_new) {
@@ -83,9 +83,9 @@ inline SolidMesh CrossedBox(const std::array<std::vector<double>, 3>& grid) {
   return mesh;
 }
 
-// A prism of three tetrahedra on every triangle, up to its image at `growth` times its place. Each
-// is cut from its lowest node up, so that neighbours share their diagonals. `skin`: then the
-// images.
+// Adds on every triangle of `skin` a prism of three tetrahedra up to the triangle scaled by
+// `growth`. Each prism is divided from its lowest node up, so that neighbours share their
+// diagonals. `skin` becomes the scaled triangles.
 inline void GrowShell(double growth, std::vector<std::array<int, 3>>* skin, SolidMesh* mesh) {
   std::vector<int> image(mesh->nodes.size(), -1);
   for (std::array<int, 3>& triangle : *skin) {

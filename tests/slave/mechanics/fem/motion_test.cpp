@@ -120,7 +120,7 @@ TEST(FemMotion, TheClampedBarHasItsDiscreteEigenfrequencies) {
   }
 }
 
-// The step of the public co-rotational codes, written down densely: singular values instead of
+// The time step of the public co-rotational codes with dense matrices: singular values instead of
 // quaternions, Lame's law by strains in Voigt's notation, the whole system by LU.
 class DenseTrajectory {
  public:
@@ -200,8 +200,8 @@ class DenseTrajectory {
   VectorXd u_, v_, f_;
 };
 
-// Reference: DenseTrajectory. A residual of 1e-12 leaves 1e-9 of the displacement, the default of
-// 1e-6 leaves less than 1e-6.
+// Reference: DenseTrajectory. With a residual of 1e-12 the error is 1e-9 of the displacement; with
+// the default of 1e-6 it is less than 1e-6.
 TEST(FemMotion, OneLinearSolvePerStepFollowsTheIndependentTrajectory) {
   const SolidMesh mesh = MeshBox({0.06, 0.06, 0.06}, {3, 2, 2});
   const auto held = FixedWhere(mesh, [](const Vector3d& p) { return p.x() < 1e-9; });

@@ -163,10 +163,11 @@ TEST(FemModel, AnswersAsTheGeneralModelDoesByEveryLaw) {
   }
 }
 
-// Law: contacts that sink and circle by a millimetre per query are followed by one step of Newton's
-// method each, within 1 % of the converged answer and 1 degree (the required bounds), and the first
-// query of a sudden press too. The estimate of the force's error: the true difference to the
-// converged force is within two of them in 95 % (the required bound), the median of both near one.
+// Law: for contacts that move down and circle by a millimetre per query, one step of Newton's
+// method per query is within 1 % and 1 degree of the converged answer (the required bounds), also
+// for the first query of a sudden press. Error estimate of the force: the true difference to the
+// converged force is within twice the estimate in 95 % of the cases (the required bound), and the
+// median ratio of both is near one.
 TEST(NeoHookeanModel, OneStepPerQueryFollowsContactsThatMove) {
   const SolidMesh mesh = Block(14);
   FemModel model(mesh, OnFloor(mesh), Organ(5e-2)), converged(mesh, OnFloor(mesh), Organ(1e-9));
@@ -279,8 +280,8 @@ TEST(NeoHookeanModel, TheShortestDeadlineFollowsAContactThatMoves) {
   }
 }
 
-// Law: the error of a force is estimated for the answer that has it, also where no step was taken
-// because the tool holds still, and where the deadline has passed.
+// Law: the error estimate of a force belongs to the same answer, also if no step was made because
+// the tool rests, and if the deadline has passed.
 TEST(NeoHookeanModel, EveryAnswersErrorIsEstimated) {
   const SolidMesh mesh = Block(14);
   const auto force_of = [](FemModel& model, double depth) {

@@ -42,7 +42,7 @@ inline FemModel::Params Linear(FemModel::Params params) {
   return params;
 }
 
-// Largest difference, of the largest displacement.
+// Largest difference, relative to the largest displacement.
 inline double Difference(const std::vector<Vector3d>& a, const std::vector<Vector3d>& b) {
   EXPECT_EQ(a.size(), b.size());
   double difference = 0, size = 0;

@@ -28,7 +28,8 @@ Vector3d ForceAt(FemModel* model, Contact* contact, const Vector3d& displacement
 // nu = 0.4 (Dimitriadis et al., Biophys. J. 82, 2002, eq. 11). Tolerance: 5 % of the normal force
 // and of mu times it, with nodes 0.15 contact radii apart.
 TEST(FineSlab, ASphereSlipsAsCattaneoAndMindlinHaveIt) {
-  constexpr double kNu = 0.4, kExtent = 200, kBase = 1.005;  // lengths by the contact's radius
+  // Lengths relative to the contact's radius.
+  constexpr double kNu = 0.4, kExtent = 200, kBase = 1.005;
   const SolidMesh mesh = GradedSlab(1.25, 6, kExtent);
   const SphereOnHalfSpace exact{50, 1.0 / 50, kNu, 0.3};
   const double N = kBase * exact.NormalForce();

@@ -257,7 +257,7 @@ TEST(SeveralTools, EachSlidesByItsOwnFriction) {
   EXPECT_LT((after - alone[0]).norm(), 0.01 * alone[0].norm());
 }
 
-// An update without an answer fails, and one that is far from it is flagged.
+// An update without a solution fails, and one far from convergence is flagged.
 TEST(ToolRefusals, SayWhatIsExpected) {
   using testing::HasSubstr;
   const Slab slab(4);

@@ -78,7 +78,7 @@ TEST(FemGreenModel, ABodyFromAFullCacheNeedsNoFactor) {
   }
 }
 
-// Contacts of another width than the cache's are answered as ever.
+// Contacts with another width than the cache's are still answered.
 TEST(FemGreenModel, TheCacheOfAnotherWidthIsNotTaken) {
   const Body body = Beam(0.02, 6);
   const Scratch scratch;
@@ -93,7 +93,7 @@ TEST(FemGreenModel, TheCacheOfAnotherWidthIsNotTaken) {
 }
 
 // Law: an answer depends on the contact, not on earlier contacts.
-TEST(FemGreenModel, WhatTouchedFirstDoesNotDecideTheFlag) {
+TEST(FemGreenModel, TheFlagDoesNotDependOnEarlierContacts) {
   const Body body = Beam(0.02, 6);
   const Vector3d middle(0.1, 0.01, 0.01), rim(0.1, 0.002, 0.019);
   const std::vector<Contact> contacts{Move(middle, {-1e-5, 0, 0}, 0.04), Move(rim, {-1e-5, 0, 0}),
@@ -162,7 +162,7 @@ TEST(FemGreenModel, RefusesWhatCannotBeModelled) {
                 for (auto& held : body->held) held = {false, false, true};
               }),
               HasSubstr("free to move"));
-  EXPECT_THAT(refusal([](Body* body) {  // a second part that nothing holds
+  EXPECT_THAT(refusal([](Body* body) {  // a second part without supports
                 const int first = static_cast<int>(body->mesh.nodes.size());
                 body->mesh.nodes.insert(body->mesh.nodes.end(),
                                         {{1, 0, 0}, {2, 0, 0}, {1, 1, 0}, {1, 0, 1}});

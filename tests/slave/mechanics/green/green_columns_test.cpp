@@ -145,7 +145,7 @@ TEST(GreenColumns, ATornCacheIsNoticed) {
   }
 }
 
-TEST(GreenColumns, AFolderThatCannotBeWrittenHarmsNobody) {
+TEST(GreenColumns, AFolderThatCannotBeWrittenCausesNoError) {
   const Body body = ShakenBox({2, 2, 2}, 1, 0.3);
   GreenColumns columns = ColumnsOf(body, "/proc/no/such/folder");
   GreenColumns clean = ColumnsOf(body);

@@ -48,7 +48,7 @@ TEST(SurfaceFootprints, FindThePatchesThatPatchAtFinds) {
 }
 
 // Two columns of 10 mm, the second 2 mm beside the first and 2 mm lower. The disc is wider than the
-// first: it touches all of that one's top, and nothing of the other.
+// first: it touches the whole top of the first column and no part of the other.
 TEST(SurfaceFootprints, NothingBeyondAGapIsTouched) {
   constexpr double kSide = 0.010, kGap = 0.002;
   const SurfaceMesh column = SurfaceOf(MeshBox(Vector3d::Constant(kSide), {5, 5, 5}));

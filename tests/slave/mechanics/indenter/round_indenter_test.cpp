@@ -179,8 +179,8 @@ TEST_F(Block2d, TheMomentIsThatOfThePressureWhereItActs) {
   EXPECT_GT(offset, -0.07) << "and under the tool";
 }
 
-// Reference: on a straight face it is the circle's place that counts. A tool that has rolled on
-// presses as one that touched first where its centre is now, to rounding.
+// Reference: on a straight face only the position of the circle matters. A tool that has rolled
+// gives the same answer as one that touched first at its present centre, to rounding.
 TEST_F(Block2d, AToolThatHasRolledPressesBelowItsCentre) {
   Bem2dModel* model = Make(ContactLaw::kBonded);
   RoundIndenter tool(TouchablePlaces(mesh_), kRadius, ContactLaw::kBonded);

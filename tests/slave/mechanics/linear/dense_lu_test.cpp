@@ -17,7 +17,7 @@ using Eigen::MatrixXd;
 
 constexpr int kWidth = DenseLu::kWidth;
 
-// Needs row swaps everywhere: nothing favours the diagonal.
+// Returns a matrix without a dominant diagonal, so that row swaps are needed everywhere.
 MatrixXd RandomMatrix(int order) {
   std::mt19937 random(7);
   std::uniform_real_distribution<double> side(-1, 1);
@@ -92,7 +92,7 @@ TEST(DenseLu, RefusesSingularAndInfiniteSystems) {
   }
 }
 
-// Models are made on threads of their own. Reference: one thread, bit for bit.
+// Models are made on separate threads. Reference: one thread, bit for bit.
 TEST(DenseLu, ThreadsDoNotDisturbEachOther) {
   const MatrixXd A = RandomMatrix(kWidth + 100);
   const MatrixXd B = MatrixXd::Identity(A.rows(), A.cols());

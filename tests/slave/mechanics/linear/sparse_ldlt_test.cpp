@@ -21,7 +21,7 @@ using Eigen::MatrixXd;
 using Eigen::VectorXd;
 using Sparse = Eigen::SparseMatrix<double>;
 
-// Neighbours on a grid of side^3 nodes, each one beside, above and diagonally.
+// Returns the neighbours of each node on a grid of side^3 nodes, including diagonal ones.
 std::vector<std::vector<int>> Grid(int side) {
   std::vector<std::vector<int>> neighbours;
   const auto number = [&](int x, int y, int z) { return x + side * (y + side * z); };

@@ -94,8 +94,8 @@ int Iterations(const Springs& springs, TwoGrid* grids) {
   return steps;
 }
 
-// The point of a coarse grid: four times as many nodes along a side cost few more iterations, and
-// no memory.
+// Purpose of a coarse grid: four times as many nodes along a side need few more iterations, and no
+// more memory.
 TEST(TwoGrid, NeedsAboutAsManyIterationsOnFinerGrids) {
   std::vector<int> iterations;
   for (const int side : {4, 8, 16}) {

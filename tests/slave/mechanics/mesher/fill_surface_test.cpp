@@ -1,4 +1,4 @@
-// Filling surfaces by the installed programs; without one, the tests that need it are skipped.
+// Tests filling surfaces with the installed programs; tests whose program is missing are skipped.
 #include "slave/mechanics/mesher/fill_surface.h"
 
 #include <cmath>
@@ -99,7 +99,7 @@ INSTANTIATE_TEST_SUITE_P(Programs, FillSurfaceTest,
                            return program.param == Program::kTetgen ? "tetgen" : "gmsh";
                          });
 
-// TetGen keeps the surface's nodes, so that places on it stay places.
+// TetGen keeps the surface's nodes, so that node numbers remain valid.
 TEST(FillSurfaceByTetgenTest, KeepsTheNodesOfTheSurface) {
   if (!FindProgram("tetgen")) GTEST_SKIP() << "needs the program tetgen";
   const SurfaceMesh surface = Refined(Refined(BoxSurface({0, 0, 0}, {0.01, 0.02, 0.01})));
@@ -135,7 +135,7 @@ TEST(FillSurfaceRefusalTest, SaysWhatItRefuses) {
                         "(deploy/install.sh mesher)"));
 }
 
-// Programs that misbehave, in place of the real one.
+// Replaces the real program by faulty ones.
 class FakeMesherTest : public ::testing::Test {
  protected:
   std::string FailureOf(const std::string& script) {

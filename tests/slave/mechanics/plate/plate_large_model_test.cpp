@@ -56,8 +56,8 @@ TEST(PlateLargeModel, AgreesWithSolidElementsAtFiveMillimetres) {
   EXPECT_EQ(compared, 8);
 }
 
-// Reference: Ritz's method in three displacements (ritz_plate.h), which shares nothing with the
-// modes but the energy. It converges slowly under the load's sharp edge: its change from degree 10
+// Reference: Ritz's method in three displacements (ritz_plate.h), which has only the energy in
+// common with the modes. It converges slowly under the load's sharp edge: its change from degree 10
 // to 12 is stated, and bounds the difference to a tenth of a percent.
 TEST(PlateLargeModel, EccentricLoadsAgreeWithAnotherFormulation) {
   for (const auto& [nu, p, R, F] :
@@ -96,7 +96,8 @@ TEST(PlateLargeModel, EccentricForcesConvergeWithTheOrder) {
   }
 }
 
-// Reference: the press at the centre, which is solved without modes: nothing jumps there.
+// Reference: the press at the centre, which is solved without modes: the answer must be continuous
+// there.
 TEST(PlateLargeModel, ThePressAtTheCentreContinuesThatBesideIt) {
   PlateLargeModel model(Unit(0.45));
   for (const double R : {0.0, 0.05}) {
@@ -239,7 +240,7 @@ TEST(PlateLargeModel, CanBeInterruptedAndRefusesImpossibleParams) {
 }
 
 // Plates with the same parameters share a computed solution; other plates do not use it.
-TEST(ShortWaves, AreWorkedOutOnceForPlatesThatAreAlike) {
+TEST(ShortWaves, AreComputedOnceForEqualPlates) {
   const auto waves = plate::ShortWaves::Of(6, 0.3, 0.1, 0.05);
   EXPECT_EQ(plate::ShortWaves::Of(6, 0.3, 0.1, 0.05), waves);
   const auto tighter = plate::ShortWaves::Of(6, 0.3, 0.2, 0.05);

@@ -82,7 +82,7 @@ TEST(PlateModel, FailsWithItsReasonAndRecovers) {
   EXPECT_EQ(model.failure(), "");
 }
 
-// Paper C: up to half the thickness, of the diameter.
+// Paper C: deflections up to half the thickness. The range is relative to the diameter.
 TEST(PlateModel, ItsRangeIsHalfTheThickness) {
   EXPECT_NEAR(PlateModel(kRubber).info().range, 0.5 * 0.001 / 0.078, 1e-15);
 }

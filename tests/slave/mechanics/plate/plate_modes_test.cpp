@@ -1,4 +1,4 @@
-// The modes and their interaction, by laws that need none of their formulas.
+// Tests the modes and their interaction by laws that do not use their formulas.
 #include "slave/mechanics/plate/plate_modes.h"
 
 #include <cmath>
@@ -69,7 +69,7 @@ TEST(PlateModes, ALoadAllOverConvergesSpectrally) {
 
 // Reference: rotating the plate changes nothing. Off the x axis all modes contribute, sines and
 // cosines.
-TEST(PlateModes, EveryDirectionIsAlike) {
+TEST(PlateModes, EveryDirectionIsEquivalent) {
   const PlateModes modes(10, kNu);
   const double on_axis = ModalForce(modes, {0.5, 0}, 0.1, 4, Symmetry::kMirror);
   for (const double angle : {0.0, 0.7, 2.0, 4.0}) {

@@ -156,7 +156,7 @@ TEST(PressedPlaces, StiffnessIsTheDerivativeOnTheStretchedPlate) {
   }
 }
 
-// A face without a load touches with nothing and moves with the plate.
+// A face without a load has no forces and moves with the plate.
 TEST(PressedPlaces, AFaceWithoutALoadDoesNothing) {
   PlateLargeModel plate({.radius = kRadius,
                          .thickness = kThickness,

@@ -5,8 +5,9 @@
 
 namespace palpate::plate {
 
-// Deflection at the centre (place, 0) of a disc under a load of `force`. The polynomials for the
-// deflection go to `degree` times (1 - r^2)^2, those in the plane four further, times (1 - r^2).
+// Deflection at the centre (place, 0) of a disc under a load of `force`. The deflection is (1 -
+// r^2)^2 times a polynomial of `degree`; the displacements in the plane are (1 - r^2) times a
+// polynomial of `degree` + 4.
 double RitzDeflection(double nu, double place, double load_radius, double force, int degree);
 
 }  // namespace palpate::plate

@@ -44,7 +44,7 @@ TEST(RoundPress, IsTheLinearPlateWhereItBendsOnly) {
 }
 
 // Reference: a stretched membrane under a disc of load deflects by F / (2 pi N) (ln(1 / R) + 1 / 2)
-// at the centre; at N0 = 1e6 D the bending layer at the edge takes sqrt(D / N) = 1e-3 of it.
+// at the centre; at N0 = 1e6 D the bending layer at the edge reduces this by sqrt(D / N) = 1e-3.
 TEST(RoundPress, AStrongPrestressMakesAMembrane) {
   const double nu = 0.3, D = 1 / (12 * (1 - nu * nu)), N = 1e6 * D, R = 0.2;
   RoundPress press(nu, R, N);
@@ -69,7 +69,7 @@ TEST(RoundPress, TheStiffnessIsTheSlopeOfTheForce) {
   }
 }
 
-TEST(RoundPress, ReturnsToRestAndFindsItsWayFromAnywhere) {
+TEST(RoundPress, ConvergesFromAnyState) {
   RoundPress press(0.45, 0);
   ASSERT_TRUE(press.SolveDeflection(7));
   const double F = press.force();

@@ -94,7 +94,7 @@ TEST(RelaxingModel, LoadsCreepToTheLongTermModulus) {
     last = std::abs(responses[0].displacement_O.z());
     ASSERT_EQ(responses[0].force_O, mixed[0].prescribed_O);
   }
-  // The slowest retardation takes 7 s: exp(-100 / 7) of remains.
+  // The slowest retardation time is 7 s: a fraction exp(-100 / 7) remains.
   EXPECT_NEAR(last / std::abs(in_the_end[0].displacement_O.z()), 1, 1e-6);
   EXPECT_LT((responses[1].force_O - in_the_end[1].force_O).norm(),
             1e-6 * in_the_end[1].force_O.norm());

@@ -1,4 +1,4 @@
-// Bodies, holds and contacts that the tests of solids share.
+// Bodies, supports and contacts shared by the tests of solids.
 #pragma once
 
 #include <random>

@@ -27,7 +27,7 @@ Matrix3d Turn(const Vector3d& axis, double degrees) {
 
 class EveryLaw : public testing::TestWithParam<std::tuple<Law, double>> {
  protected:
-  // Ogden's law has no answer inside out, and is not smooth near it.
+  // Ogden's law is not defined for inverted elements, and not smooth near inversion.
   [[nodiscard]] bool IsSmoothAt(const Matrix3d& H) const {
     const auto s = SignedSvdOf(Matrix3d::Identity() + H).s;
     return is_ogden_ ? s[2] > 0.3 : s[1] + s[2] > 0.2;  // near where a rotation is not defined
@@ -174,9 +174,10 @@ TEST(InvertedElement, IsPushedBack) {
               1e-12);
 }
 
-// An irregular mesh about one inner node, moved by a linear or quadratic field at its surface,
-// quadratic ones balanced by a body force that is uniform: u = (x^2, 0, 0) c has div sigma =
-// 2 c (lambda + 2 mu) e_x. Ten nodes hold both fields exactly, four the linear one: rounding only.
+// An irregular mesh around one inner node gets a linear or quadratic displacement field at its
+// surface. A quadratic field is balanced by a uniform body force: u = (x^2, 0, 0) c has div sigma =
+// 2 c (lambda + 2 mu) e_x. Ten-node elements represent both fields exactly, four-node elements the
+// linear one: the error is rounding.
 TEST(PatchTest, IsPassedByEveryElement) {
   SolidMesh mesh = MeshBox({1, 1, 1}, {2, 2, 2});
   for (Vector3d& p : mesh.nodes) {

@@ -146,10 +146,10 @@ TEST(Incompressibility, DoesNotLockWithAPressureOfItsOwn) {
   }
 }
 
-// Reference: a column between smooth walls under its own weight, exactly quadratic:
-// u_z = -(rho g / 2 M) (2 H z - z^2), M = E (1 - nu) / ((1 + nu) (1 - 2 nu)), pressure unknown
-// lambda div u = -lambda / M rho g (H - z). At nu = 0.5 nothing moves and the pressure is that of
-// water. Ten nodes hold these fields exactly: only rounding and the residual are left.
+// Reference: a column between smooth walls under its own weight, exactly quadratic: u_z = -(rho g /
+// 2 M) (2 H z - z^2), M = E (1 - nu) / ((1 + nu) (1 - 2 nu)), pressure unknown lambda div u =
+// -lambda / M rho g (H - z). At nu = 0.5 there is no displacement and the pressure is hydrostatic.
+// Ten-node elements represent these fields exactly: only rounding and the residual remain.
 TEST(Incompressibility, CarriesHydrostaticPressure) {
   for (const double nu : {0.49, 0.4999, 0.5}) {
     SolidModel::Params params{

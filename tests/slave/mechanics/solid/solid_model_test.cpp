@@ -1,4 +1,4 @@
-// SolidModel against discrete answers that have one solution, and its promises as a model.
+// Compares SolidModel with discrete reference solutions, and tests its requirements as a model.
 #include "slave/mechanics/fem/solid/solid_model.h"
 
 #include <stdexcept>
@@ -120,7 +120,7 @@ TEST(SolidModel, IterationsComeThroughIndefiniteTangents) {
 
 // A thread that is one cell wide, whose bending the coarse grid cannot represent: the iterations do
 // not converge and a factor is used, with the same answer as a model that uses it from the start.
-TEST(SolidModel, SlowIterationsGiveWayToAFactor) {
+TEST(SolidModel, SlowIterationsAreReplacedByAFactor) {
   const SolidMesh mesh = MeshBox({1, 0.004, 0.004}, {250, 1, 1});
   const HeldNodes held = FixedWhere(mesh, [](const Vector3d& p) { return p.x() == 0; });
   auto params = Foam(Element::kTet4, Law::kNeoHookean);

@@ -23,7 +23,7 @@ std::string Refusal(const std::filesystem::path& file, double unit = 1) {
 struct Malformed {
   const char* file;
   const char* bytes;
-  const char* refusal;  // behind the folder
+  const char* refusal;  // error message after the folder's path
 
   friend std::ostream& operator<<(std::ostream& stream, const Malformed& malformed) {
     return stream << malformed.file << malformed.refusal;

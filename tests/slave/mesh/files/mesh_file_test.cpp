@@ -112,7 +112,8 @@ TEST_F(MeshFileTest, CutsQuadrilateralsAlongTheShorterDiagonal) {
   EXPECT_THAT(read.remarks, ElementsAre(HasSubstr("1 quadrilaterals")));
 }
 
-// Corners that differ by a float's rounding are one node; triangles that vanish by it are left out.
+// Corners that differ by a float's rounding are one node; triangles that become degenerate by
+// merging are dropped.
 TEST_F(MeshFileTest, MergesCornersThatDifferByRoundingOnly) {
   std::string text = samples::StlText(samples::Tetrahedron());
   text.replace(text.find("1.5"), 3, "1.50000012");

@@ -40,7 +40,7 @@ class CameraSenseTest : public ::testing::Test {
   }
   ~CameraSenseTest() override { slave_->EndOperating(); }
 
-  // Repeats the last command until `reached` says so of the newest state.
+  // Repeats the last command until `reached` accepts the newest state.
   SlaveState Until(const std::function<bool(const SlaveState&)>& reached, bool engaged = true) {
     SlaveState state;
     EXPECT_TRUE(Eventually([&] {
@@ -94,8 +94,8 @@ TEST_F(CameraSenseTest, TheForceOfAPressIsThatOfTheSimulator) {
   EXPECT_TRUE(slave_->TakeEvents().Has(Event::kContact));
 }
 
-// Reference: the deformed outline, which the same message has in S. A camera with parallel rays
-// keeps the ratio of lengths, and its image has v down. Tolerance: floats.
+// Reference: the deformed outline in S from the same message. A camera with parallel rays keeps the
+// ratio of lengths, and its image has v down. Tolerance: floats.
 TEST_F(CameraSenseTest, TheFieldMovesWithTheOutlineInTheObjectAndInTheImage) {
   Press();
   const BoundaryShape shape = slave_->Shape({.field = true});

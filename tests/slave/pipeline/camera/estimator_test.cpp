@@ -180,8 +180,7 @@ TEST_F(EstimatorTest, ContactAndReleaseAreEachReportedOnce) {
 }
 
 // A bonded contact that was dragged sideways keeps its shear when the model is replaced under it.
-// Reference: the force is proportional to E; 1 %: rounding of the drawn images' noise-free
-// repeat.
+// Reference: the force is proportional to E. Tolerance: 1 %, for rounding.
 TEST_F(EstimatorTest, ANewModelGoesOnWithTheContactAsItIs) {
   Estimator estimator = Make();
   for (const double y : {0.094, 0.090, 0.087, 0.085}) estimator.Estimate(Draw(0.044, y));

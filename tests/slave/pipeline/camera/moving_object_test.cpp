@@ -30,14 +30,14 @@ Time At(double t) {
   return Time{} + Seconds(kEpoch + t);
 }
 
-// The shipped block's site, carried about before its camera.
+// The simulated site of the shipped block. The block can be moved in front of the camera.
 class CarriedSite final : public SimulatedEnvironment {
  public:
   explicit CarriedSite(const Scene& scene) : site_(scene) {
     const cv::Mat image = site_.TakeImage();
     view_.emplace(*scene.sense.Find<Camera>(), image.cols, image.rows);
   }
-  // From rest, S [m].
+  // Moves the object to `object`, S [m], from its initial position.
   void Carry(const Vector3d& object) {
     object_ = object;
     site_.MoveTool(p_S_tip_ - object_);
@@ -101,14 +101,14 @@ class CarriedSite final : public SimulatedEnvironment {
 
 class MovingObjectTest : public testing::Test {
  protected:
-  static constexpr double kAway = 2e-3, kOften = 0.4, kLong = 2.6;  // [m], [Hz], [s]
-  static constexpr double kSeen = 0.08e-3;                          // [m]; half a pixel
+  static constexpr double kAmplitude = 2e-3, kFrequency = 0.4, kDuration = 2.6;  // [m], [Hz], [s]
+  static constexpr double kTolerance = 0.08e-3;  // [m]; half a pixel
 
   static Vector3d MotionAt(double t) {
-    return {0, kAway * std::sin(2 * std::numbers::pi * kOften * t), 0};
+    return {0, kAmplitude * std::sin(2 * std::numbers::pi * kFrequency * t), 0};
   }
   static Vector3d VelocityAt(double t) { return (MotionAt(t + 1e-4) - MotionAt(t - 1e-4)) / 2e-4; }
-  // An image later.
+  // Moves tool and object, and estimates from the next image.
   const ContactEstimate& Step(const Vector3d& p_S_tip, const Vector3d& object) {
     site_.t += 1 / kRate;
     site_.MoveTool(p_S_tip);
@@ -120,7 +120,7 @@ class MovingObjectTest : public testing::Test {
     }
     return estimate;
   }
-  // Presses, to here.
+  // Presses 4 mm deep. Returns the tool's position, S [m].
   Vector3d Lower() {
     Vector3d p_S = scene_.manipulator.home;
     for (int i = 0; i < 30; ++i) Step(p_S, Vector3d::Zero());
@@ -155,7 +155,7 @@ TEST_F(MovingObjectTest, WhatIsEstimatedAndWhatTravelsGoWithIt) {
   const double begin = site_.t, peak = site_.truth().force.norm();
   int valid = 0, images = 0;
   double tip = 0, force = 0, plane = 0, patch = 0, square = 0;
-  while (site_.t < begin + kLong) {
+  while (site_.t < begin + kDuration) {
     const Vector3d moved = MotionAt(site_.t + 1 / kRate - begin);
     const ContactEstimate& estimate = Step(p_S, moved);
     if (site_.t < begin + 0.5) continue;  // it is not known yet whether camera or object moves
@@ -169,15 +169,15 @@ TEST_F(MovingObjectTest, WhatIsEstimatedAndWhatTravelsGoWithIt) {
     const Vector3d by_plane = -local.stiffness * (truth.p_S_tip - local.reference);
     plane = std::max(plane, (by_plane - truth.force).norm());
     patch = std::max(patch, (ByPatch(p_S, site_.t) - truth.force).norm());
-    EXPECT_LT((sense_.motion().offset - moved).norm(), kSeen);
+    EXPECT_LT((sense_.motion().offset - moved).norm(), kTolerance);
     const Vector3d off = sense_.motion().velocity - VelocityAt(site_.t - begin);
     square += off.squaredNorm() / std::pow(sense_.motion().velocity_error, 2);
   }
   EXPECT_GT(valid, 0.95 * images);
-  EXPECT_LT(tip, kSeen);
+  EXPECT_LT(tip, kTolerance);
   EXPECT_LT(force, 0.04 * peak);
   EXPECT_LT(plane, 0.05 * peak);
-  EXPECT_LT(patch, 0.07 * peak);  // stated where it is astray by a hundredth of its depth
+  EXPECT_LT(patch, 0.07 * peak);  // a patch is valid up to an error of 1 % of its depth
   EXPECT_GT(std::sqrt(square / images), 0.5);
   EXPECT_LT(std::sqrt(square / images), 1.3);
 }
@@ -189,14 +189,14 @@ TEST_F(MovingObjectTest, APressIntoItIsEstimatedAsDeepAsItIs) {
   const double peak = site_.truth().force.norm();
   Step(home, Vector3d::Zero());
   const double begin = site_.t;
-  while (site_.t < begin + 2 * kLong) {
+  while (site_.t < begin + 2 * kDuration) {
     const double t = site_.t + 1 / kRate - begin;
     const double share = 0.5 - 0.5 * std::cos(2 * std::numbers::pi * t / 2.1);
     const ContactEstimate& estimate = Step(home + share * (p_S_deep - home), MotionAt(t));
     if (t < 0.5 || !estimate.force) continue;
     const Truth truth = site_.truth();
     EXPECT_LT((*estimate.force - truth.force).norm(), 0.05 * peak) << t;
-    EXPECT_LT((estimate.p_S_tip - truth.p_S_tip).norm(), kSeen) << t;
+    EXPECT_LT((estimate.p_S_tip - truth.p_S_tip).norm(), kTolerance) << t;
   }
 }
 
@@ -233,7 +233,7 @@ class MotionOwnerTest : public testing::Test {
   double t_ = 0;
 };
 
-TEST_F(MotionOwnerTest, ABumpIsTheCamerasAndAShiftTheObjectsWhateverTheTipDoesThen) {
+TEST_F(MotionOwnerTest, DistinguishesCameraBumpsFromObjectShifts) {
   const auto step = [](double /*t*/) { return Vector3d(0, 1.5e-3, 0); };
   Run(2, Nothing, Nothing);
   Run(20, Nothing, step);

@@ -1,6 +1,6 @@
-// Simulated insertions into embryos, each with a hand, a world and an image of its own: is the
-// puncture reported when it happens, and only then, and is the force right until then? The seeds
-// from 100000 on were never used to tune the cue.
+// Simulated insertions into embryos, each with different motion, scene and image. The puncture must
+// be reported when it happens and only then, and the force must be right until then. The seeds from
+// 100000 on were never used to tune the detection.
 #include <algorithm>
 #include <cmath>
 #include <optional>
@@ -21,7 +21,8 @@ constexpr int kInsertions = 4, kPresses = 2;
 constexpr std::uint32_t kUntouched = 100000;
 constexpr int kSubsteps = 16;  // of the tool between two images
 
-// The shipped embryo in the light, focus and place of `seed`, pressed at another place of its rim.
+// Returns the shipped embryo with light, focus and position from `seed`, pressed at another place
+// of its rim.
 Scene EmbryoOf(std::uint32_t seed) {
   static const Scene shipped = LoadScene(SourcePath("/deploy/scenes/zebrafish-embryo.yaml"));
   Dice draw(seed);

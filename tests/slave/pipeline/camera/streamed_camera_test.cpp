@@ -44,7 +44,7 @@ class StreamedCameraTest : public testing::Test {
       Block({"model.elements=60", "sense.camera.source=stream", "manipulator.source=stream"}));
 };
 
-TEST_F(StreamedCameraTest, SaysWhatItWaitsForAndIsMadeOfTheFirstImageThatWillDo) {
+TEST_F(StreamedCameraTest, ReportsWhatItWaitsForUntilTheFirstUsableImage) {
   EXPECT_THAT(slave_->Status().alarms, Contains(HasSubstr("no image received yet")));
   EXPECT_THAT(slave_->Status().alarms,
               Contains(HasSubstr("no driver of the manipulator is connected")));

@@ -20,7 +20,8 @@ namespace {
 
 struct Outcome {
   int touching = 0, valid = 0;
-  double worst = 0;  // of the valid ones in contact, by the largest true force [-]
+  // Largest error of valid forces in contact, relative to the largest true force [-].
+  double worst = 0;
 };
 
 // Presses as the scene's script has it, and estimates each image.

@@ -156,7 +156,7 @@ class CarryingArm final : public SimulatedManipulator {
 
 // The measured pose and the arm's encoders disagree by 2 mm. Reference: the sensed tip. The clutch
 // must use it, or the master meets the surface 2 mm off.
-TEST(FingertipSenseRegistrationTest, TheHandGoesOnFromWhereTheFingertipIsSensed) {
+TEST(FingertipSenseRegistrationTest, EngagingStartsAtTheSensedFingertip) {
   const Scene scene = CubeScene(kAbove);
   auto touching = std::make_shared<Touching>();
   touching->X_SF = scene.sense.Find<Tactile>()->fingers.front().X_SF;

@@ -129,7 +129,7 @@ INSTANTIATE_TEST_SUITE_P(Long, MembraneLawAt,
 
 // Reference: the whole fit in modes of order 20, from the same dots; a tenth of the bound is
 // allowed. Modes of order 12 are off it by 3 and 5 % there.
-TEST(MembraneLaw, AFewStepsFindWhatTheWholeFitInMoreModesFinds) {
+TEST(MembraneLaw, AFewFineStepsEqualTheWholeFineFit) {
   std::mt19937 random(2);
   for (const auto& [thickness, radii] : {std::tuple(1e-3, 0.7), std::tuple(0.5e-3, 0.5)}) {
     const Place place{thickness, radii};

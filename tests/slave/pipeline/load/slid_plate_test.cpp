@@ -56,13 +56,13 @@ class SlidPlateTest : public testing::Test {
   std::mt19937 random_{5};
 };
 
-TEST_F(SlidPlateTest, WhatSlidBackIsFoundAtRest) {
+TEST_F(SlidPlateTest, AMembraneThatSlidBackIsFoundAtRest) {
   for (const bool slid : {true, false, true, false}) ExpectForceOfTenImages(slid);
 }
 
 // A rim with an unknown position absorbs a part of the load's shape; a rim that was seen at rest
 // does not.
-TEST_F(SlidPlateTest, WhereTheRimWentIsLearntWhileNothingPresses) {
+TEST_F(SlidPlateTest, ARimMotionIsMeasuredWithoutContact) {
   const double unknown = ScatterOfForce();
   fit_.Reset();
   for (int k = 0; k < 20; ++k) EXPECT_TRUE(fit_.Fit(Points(true, 0)).load.nothing) << k;

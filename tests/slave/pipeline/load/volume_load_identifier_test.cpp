@@ -133,7 +133,7 @@ TEST(VolumeLoadIdentifier, SigmaIsTheForcesStandardDeviation) {
   EXPECT_LT(sum / kImages, 1.8);
 }
 
-TEST(VolumeLoadIdentifier, LeavesOutWrongPointsAndFeelsNothingInNoise) {
+TEST(VolumeLoadIdentifier, LeavesOutWrongPointsAndFindsNoForceInNoise) {
   PressedCube truth(CubeScene("fem-green", 6));
   std::mt19937 random(4);
   const auto body = MakeLoadIdentifier(CubeScene("fem-green", 6));

@@ -66,7 +66,7 @@ TEST(ContactStiffnessTest, AWideBlockIsNearlyAHalfSpace) {
 // Two patches on opposite sides of a cube are pressed towards each other, or both in one direction.
 // Reference: both together, by the corotational solver; tolerance: its residual. A patch alone
 // differs by the tilt of the cube.
-TEST(ContactStiffnessTest, AnotherFingerHoldsAgainstWhatThisOneLeans) {
+TEST(ContactStiffnessTest, AnotherFingerIncreasesTheStiffness) {
   Scene scene = CubeScene(kAbove);
   constexpr double kSize = 0.06, kDeep = 0.057, kFar = 1e-5;
   // Seven nodes, which are as stiff as the disc (PatchStiffness: 1.0015): no model corrects these.

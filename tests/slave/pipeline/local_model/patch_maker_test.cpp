@@ -1,4 +1,5 @@
-// The patch against the model that it was made of, and its keeper against a sense made up here.
+// Compares patches with the model that they are made from. PatchPublisher is tested with a fake
+// sense.
 #include "slave/pipeline/local_model/patch_maker.h"
 
 #include <memory>
@@ -140,7 +141,8 @@ class WallSense final : public SensingPipeline {
 
 class PatchPublisherTest : public testing::Test {
  protected:
-  // A sample in which the tip is `depth` deep at `x` and measures `times` the wall's force.
+  // Publishes the patch of a sample: the tip is `depth` deep at `x`, and the measured force is
+  // `times` that of the wall.
   void Update(double x, double depth, double times, double sigma = 0) {
     now_ += Seconds(1.0 / 60);
     ContactEstimate estimate;
@@ -172,7 +174,7 @@ TEST_F(PatchPublisherTest, TheLawIsReportedAgainWhereAHandWouldFeelTheDifference
 }
 
 // Each single force is within two sigma of the rendered one; many of them determine the ratio.
-TEST_F(PatchPublisherTest, WhatManyUnsureForcesTaughtIsReportedWithinThePress) {
+TEST_F(PatchPublisherTest, ACurveLearntFromManyForcesIsSentDuringThePress) {
   Get();
   Update(0, -1e-3, 1);
   for (const auto& [ratio, revision] : {std::pair(1.05, 1U), {1.15, 2U}, {1.2, 2U}}) {

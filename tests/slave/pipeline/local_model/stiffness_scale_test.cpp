@@ -15,20 +15,20 @@ constexpr double kSpread = 0.1;
 
 TEST(CompareForcesTest, OnlyFiniteForcesAboveZeroTell) {
   const double inf = std::numeric_limits<double>::infinity(), nan = std::nan("");
-  EXPECT_TRUE(CompareForces(1, 0, 2).tells);
+  EXPECT_TRUE(CompareForces(1, 0, 2).is_informative);
   EXPECT_NEAR(CompareForces(1, 0, 2).ratio, 0.5, 1e-15);
   EXPECT_NEAR(CompareForces(2, 0.1, 2).error, 0.15, 1e-15);
   for (const double bad : {0.0, -1.0, nan, inf}) {
-    EXPECT_FALSE(CompareForces(bad, 0, 1).tells) << bad;
-    EXPECT_FALSE(CompareForces(1, 0, bad).tells) << bad;
+    EXPECT_FALSE(CompareForces(bad, 0, 1).is_informative) << bad;
+    EXPECT_FALSE(CompareForces(1, 0, bad).is_informative) << bad;
   }
-  EXPECT_FALSE(CompareForces(1, nan, 1).tells);
-  EXPECT_FALSE(CompareForces(1, inf, 1).tells);
+  EXPECT_FALSE(CompareForces(1, nan, 1).is_informative);
+  EXPECT_FALSE(CompareForces(1, inf, 1).is_informative);
   EXPECT_EQ(CompareForces(1e3, 0, 1).ratio, 4);
   EXPECT_EQ(CompareForces(1, 0, 1e3).ratio, 0.25);
 }
 
-// Reference: the ratio itself, linear in depth. Noise of 1 %: a sixth of it is left after forty
+// Reference: the ratio itself, linear in depth. Of noise of 1 %, a sixth remains after forty
 // presses of a hundred samples.
 TEST(RatioByDepthTest, LearnsARatioThatChangesWithDepthThroughNoise) {
   StiffnessScale ratio(kFull, kRate, kSpread);
@@ -54,8 +54,8 @@ TEST(RatioByDepthTest, AForceThatDrownsInItsErrorHasNoSay) {
   EXPECT_LT(ratio.At(4e-3).ratio, 1.002);  // 5 times the spread's 0.1^2 by 6^2
 }
 
-// An estimate at a large depth holds at small depths, too, until one exists there: then each keeps
-// its own.
+// An estimate at a large depth holds at small depths, too, until one exists there: then each depth
+// range keeps its own value.
 TEST(RatioByDepthTest, DepthsNotEstimatedFollowTheirNeighbours) {
   StiffnessScale ratio(kFull, kRate, kSpread);
   for (int i = 0; i < 60; ++i) ratio.Learn(kFull, {0.9, 0.01, true});

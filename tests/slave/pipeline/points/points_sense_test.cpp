@@ -96,7 +96,7 @@ TEST_F(PointsSenseTest, APressIsEstimatedSeenAndShown) {
   EXPECT_TRUE(std::ranges::all_of(shape.field->image, [](float p) { return std::isfinite(p); }));
 }
 
-// The same between images: the source is silent while the operator presses.
+// The source sends no images while the operator presses.
 TEST_F(PointsSenseTest, TheLocalModelFollowsTheHandBetweenImages) {
   slave_->BeginOperating();
   EngagedHand hand(slave_.get());
@@ -106,7 +106,7 @@ TEST_F(PointsSenseTest, TheLocalModelFollowsTheHandBetweenImages) {
   const Vector3d normal = home.local_model.normal;
   EXPECT_NEAR(normal.z(), 1, 1e-6);
   environment_->FallSilent();
-  std::this_thread::sleep_for(std::chrono::milliseconds(50));  // images under way arrive
+  std::this_thread::sleep_for(std::chrono::milliseconds(50));  // images in transit arrive
   const Time last = slave_->Compose(Clock::now()).sensed_at;
   // Sideways by 10 mm and 0.3 mm deep, in small steps.
   const double height = normal.dot(home.p_S_tip - home.local_model.reference);

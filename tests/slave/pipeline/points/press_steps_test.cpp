@@ -23,7 +23,7 @@ PressSteps Pressed() {
   return steps;
 }
 
-TEST(PressStepsTest, PairsInARowAtOneDepthAreAStepOnTheWayIn) {
+TEST(PressStepsTest, PairsAtOneDepthAreAStepOfTheApproach) {
   const std::vector<PressStep> steps = Pressed().steps();
   ASSERT_EQ(steps.size(), 3U);
   EXPECT_EQ(steps[1].depth, 1e-3);

@@ -70,7 +70,7 @@ TEST(TrackedPlaceTest, ALossIsReportedAndSoIsItsEnd) {
       place.Estimate(Seen({0.02, 0, 0})).p_S_contact.isApprox(kMean + Vector3d(0.02, 0, 0)));
 }
 
-TEST(TrackedPlaceTest, FeelingAllocatesNothingAfterTheFirstObservation) {
+TEST(TrackedPlaceTest, EstimatingDoesNotAllocateAfterTheFirstObservation) {
   RigidTranslation place;
   const SurfaceObservation seen = Seen({0.001, 0, 0});
   place.Estimate(seen);

@@ -26,7 +26,7 @@ constexpr int kMoving = 60;      // pairs after
 constexpr double kRight = 0.05;  // of the largest force
 constexpr double kSigmas = 3;
 
-// When the right image is taken, and when its stamp says that it was, after the left one [s].
+// True and stated delay of the right image relative to the left one [s].
 struct Skew {
   double is = 0, stated = 0;
   double jitter = 0;  // of the stamp: later in one pair, earlier in the next
@@ -125,9 +125,9 @@ TEST(SkewTest, CamerasApartAreRightOrNotValid) {
   ExpectRightOrNotValid({30e-3}, {{0, 0}, {10e-3, 10e-3}});
 }
 
-// 21 of 60 forces were `valid` and up to 10 % of the largest off: they are of a moment 5 ms beside
-// the one that is stated.
-TEST(SkewTest, StampsThatLieMakeTheForceLessSure) {
+// Without this check 21 of 60 forces were `valid` with errors of up to 10 % of the largest force,
+// because their true time differed from the stated one by 5 ms.
+TEST(SkewTest, WrongTimestampsIncreaseTheForcesSigma) {
   ExpectRightOrNotValid({60e-3}, {{5e-3, -5e-3}});
 }
 
@@ -143,7 +143,7 @@ TEST(Long, EveryRow) {
 
 // The right image is late while its timestamp shows no delay, or a delay of the opposite sign of up
 // to the shipped `sync`; or timestamps vary.
-TEST(Long, EveryLie) {
+TEST(Long, AllWrongTimestamps) {
   std::vector<Skew> skews;
   for (const double skew : {1e-3, 2e-3, 5e-3, 10e-3, 20e-3, 40e-3, -5e-3, -10e-3, -40e-3}) {
     skews.push_back({skew, 0});

@@ -68,8 +68,8 @@ Scene WatchedScene() {
   return scene;
 }
 
-// The tip beside the membrane's centre at a depth, and a real membrane that is softer there than
-// the model has it.
+// The tip is pressed in beside the membrane's centre, and the real membrane is softer there than
+// the model.
 class RenderedMembraneTest : public ::testing::Test {
  protected:
   static constexpr double kSofter = 0.9;
@@ -84,7 +84,7 @@ class RenderedMembraneTest : public ::testing::Test {
     const LocalModel local = estimator().LocalAt(TipAt(depth));
     return (local.force + local.stiffness * (local.reference - TipAt(depth))).z();
   }
-  // Dots under `share` of the force that the model has at that depth.
+  // Returns the dots under `share` times the model's force at that depth.
   SurfaceObservation Dots(double depth, double share, double sigma = kSigma) {
     return DotsUnder(FinerPlate(), TipAt(0).head<2>(), -share * Modelled(depth), sigma, &random_);
   }
@@ -94,8 +94,8 @@ class RenderedMembraneTest : public ::testing::Test {
   std::mt19937 random_{12};
 };
 
-// Reference: the mean force estimated from the dots, itself within 1.5 % of the load by the order
-// of modes.
+// Reference: the mean force estimated from the dots, which differs from the load by up to 1.5 %
+// because the number of modes is limited.
 TEST_F(RenderedMembraneTest, TheRenderedForceBecomesTheOneEstimated) {
   constexpr int kImages = 60;
   double mean = 0;
@@ -149,7 +149,7 @@ TEST_F(RenderedMembraneTest, FlaggedAndStrangeLoadsTeachNothing) {
 
 // The image is older than the tip, so during the indentation the estimated force belongs to a
 // smaller depth. At 20 mm/s and a whole period, 0.67 mm, the ratio would fall to 0.7.
-TEST_F(RenderedMembraneTest, ATipOnItsWayTeachesLittle) {
+TEST_F(RenderedMembraneTest, AMovingTipHasLittleWeightInLearning) {
   constexpr double kStep = 0.02 / 30;
   for (int press = 0; press < 3; ++press) {
     for (double depth = kStep; depth < 4.5e-3; depth += kStep) {

@@ -92,7 +92,7 @@ TEST(SurfaceEstimatorTest, SigmaIsTheForcesStandardDeviation) {
 // The points scatter by a fifth of their stated sigma and there are no other errors. Reference and
 // tolerance as above. With other errors at least two thirds of the stated sigma remain: z^2 is a
 // tenth.
-TEST(SurfaceEstimatorTest, WhatPointsScatterAtRestReplacesWhatIsReportedWhereNothingElseErrs) {
+TEST(SurfaceEstimatorTest, ScatterAtRestReplacesTheStatedNoise) {
   PlateLargeModel same({kRadius, kThickness, kModulus, kNu});
   constexpr double kScatter = 4e-5;
   constexpr int kImages = 150;

@@ -45,7 +45,7 @@ class MembraneEnvironment {
   friend class MembraneSource;
   std::mutex mutex_;
   std::vector<StereoPair> pairs_;  // shown in turn
-  std::uint64_t drawn_ = 0;        // each with noise of its own, as a camera has it
+  std::uint64_t drawn_ = 0;        // number of drawn pairs; each has its own noise
   bool silent_ = false, ended_ = false, broken_ = false;
 };
 

@@ -40,7 +40,8 @@ Scene DomedScene() {
   return scene;
 }
 
-// Four times as many triangles as the scene's model, the pressure even on a disc with a soft edge.
+// A membrane with four times as many triangles as the scene's model. The pressure is even on a disc
+// and decreases to 0 at its edge.
 class Truth {
  public:
   Truth() : membrane_(Shape(), Params()), u_(membrane_.surface().nodes.size(), Vector3d::Zero()) {}
@@ -48,7 +49,7 @@ class Truth {
   void Press(const std::vector<Pressure>& pressures) {
     u_ = DisplacementsUnder(pressures, kTool, membrane_);
   }
-  // The place of the surface over x, y of O.
+  // Returns the surface point above x, y of O.
   [[nodiscard]] Vector3d Over(double x, double y) const {
     const double z = std::sqrt(1 - Vector2d(x / kAxes.x(), y / kAxes.y()).squaredNorm());
     return {x, y, kInflation - kAxes.z() + kAxes.z() * z};
@@ -155,8 +156,8 @@ class DomedSceneTest : public ::testing::Test {
   PointsSense sense_;
 };
 
-// Reference: the force that pressed a membrane of finer triangles. Tolerance: 3 % that triangles of
-// a third of the tool cost, and three sigma; the place to a fifth of the tool.
+// Reference: the force on a membrane of finer triangles. Tolerance: 3 % for triangles of a third of
+// the tool, plus three sigma; for the position a fifth of the tool.
 TEST_F(DomedSceneTest, APressIsEstimatedAnywhere) {
   for (const Vector2d& at : {Vector2d(0, 0), Vector2d(-0.02, 0.01), Vector2d(0.025, -0.012)}) {
     const Vector3d p_O = truth_.Over(at.x(), at.y());
@@ -193,7 +194,7 @@ TEST_F(DomedSceneTest, TwoToolsAtOnceAreNoForceOfOne) {
   EXPECT_EQ(estimate.check, FailedCheck::kMisfit);
 }
 
-// Higher by a factor, and moved along x, along z [m].
+// Factor of the dome's height [-], displacement along x, and along z [m].
 using Change = std::array<double, 3>;
 
 Scene Changed(const Change& change) {

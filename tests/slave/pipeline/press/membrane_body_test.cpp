@@ -21,7 +21,7 @@ InflatedMembrane TestMembrane() {
 
 class MembraneBodyTest : public ::testing::Test {
  protected:
-  // The nodes, displaced as a unit pressure patch of `force` at a node displaces them.
+  // Returns the nodes, displaced by an even pressure of total `force` around `node`.
   std::vector<SurfacePoint> Points(int node, double force) {
     const PatchCompliance patch(membrane_, 0.014);
     std::vector<SurfacePoint> points;

@@ -19,14 +19,14 @@ Ellipsoid TestEllipsoid() {
   return ellipsoid;
 }
 
-// A finer membrane than the one that estimates, pressed, and points of it with noise.
+// Points with noise of a pressed membrane, which is finer than the estimator's.
 class PressedTruth {
  public:
   PressedTruth(double modulus, double tension)
       : fine_(MeshDomedMembrane(TestEllipsoid(), {0, 0, 1}, 0.005, 24),
               {.modulus = modulus, .tension = tension}) {}
 
-  // Inward, an even pressure within 7 mm of `p_O`.
+  // Returns the points under an even inward pressure within 7 mm of `p_O`.
   std::vector<SurfacePoint> Points(const Eigen::Vector3d& p_O, double force, double sigma) {
     const auto& nodes = fine_.surface().nodes;
     const auto u = DisplacementsUnder({{p_O, force}}, 0.014, fine_);
@@ -103,7 +103,7 @@ TEST(MembranePress, UnusablePointsAreExcludedOrNoLoadIsFound) {
   }
   ASSERT_TRUE(press.Fit(bad).found);
   EXPECT_NEAR(press.Fit(bad).force, force, 0.02 * force);
-  // Nowhere near the membrane.
+  // The points are far from the membrane.
   for (auto& point : points) point.p_S_rest.z() += 1;
   EXPECT_FALSE(press.Fit(points).found);
 }

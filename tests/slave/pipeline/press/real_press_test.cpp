@@ -113,7 +113,7 @@ TEST_F(RealPressTest, TheContactStaysWhereTheToolIsStationary) {
   EXPECT_TRUE(first) << "no frame of the stationary tool";
 }
 
-// Tolerance: 8 % of the peak, and another 8 % of the modelled air, in squares.
+// Tolerance: the root of the sum of the squares of 8 % of the peak and 8 % for the modelled air.
 TEST_F(RealPressTest, TheForceFollowsTheWrenchOnLaterFrames) {
   double square = 0, peak = 0;
   int judged = 0, valid = 0, within = 0;

@@ -60,7 +60,8 @@ std::vector<Laws> Compare(double thickness, double width, const Vector2d& p_O, d
   return all;
 }
 
-// Reference: the solid itself. The flag's own threshold is 10 %, and the statement is good for 3 %.
+// Reference: the solid itself. The threshold of the flag is 10 %, and the stated error is accurate
+// to 3 %.
 void ExpectStated(const std::vector<Laws>& all) {
   for (const Laws& laws : all) {
     const double excess = laws.by_depth - 1;
@@ -80,10 +81,10 @@ Vector2d Beside(double radii) {
   return radii * kRadius * Vector2d(std::cos(0.4), std::sin(0.4));
 }
 
-// The law's share of the error that is allowed, 5 % of the force or 1 % of that at 5 mm: at every
-// half millimetre, at the centre and beside it, the dots of von Karman's plate give the neo-Hookean
-// membrane's force within half of it. Measured: -1.8 to 2.6 %.
-TEST(MembraneLaws, DotsTellTheForceOfTheOtherLaw) {
+// The allowed error is 5 % of the force, or 1 % of the force at 5 mm. At every half millimetre, at
+// the centre and beside it, the force found with von Karman's plate from the dots of the
+// neo-Hookean membrane must be within half of this. Measured: -1.8 to 2.6 %.
+TEST(MembraneLaws, DotsDetermineTheForceOfTheOtherLaw) {
   for (const double radii : {0.0, 0.3, 0.5, 0.7}) {
     const auto all = Compare(1e-3, 0.004, Beside(radii), 0.5e-3);
     ExpectStated(all);
@@ -95,9 +96,9 @@ TEST(MembraneLaws, DotsTellTheForceOfTheOtherLaw) {
   }
 }
 
-// The same under a rigid face, which touches only with its outer arc if it is off the centre: the
-// uniform load is found up to 2 mm farther out there (5 mm for the wide tool). Measured: -0.6 to
-// 3.4 % of the force, misplaced by 0.2 mm.
+// A rigid face off the centre touches only with its outer arc, so the uniform load is found up to 2
+// mm farther out (5 mm for the wide tool). Measured: -0.6 to 3.4 % of the force, misplaced by 0.2
+// mm.
 TEST(MembraneLaws, DotsTellTheForceAndPlaceOfARigidTool) {
   PlateLargeModel plate({.radius = kRadius,
                          .thickness = 1e-3,

@@ -95,7 +95,7 @@ class PressedCube {
     AddLoad(half);
   }
 
-  // Carries `load` [E side^2] on the whole cube, from where it is.
+  // Solves for `load` [E side^2] on the whole cube, starting at the present deformation.
   bool Carry(double load) {
     NeoHookeanBody::Matrix stiffness = body_.EmptyMatrix();
     SparseLdlt<double> factor(stiffness);
@@ -155,7 +155,7 @@ void ExpectCalculix(PressedCube* cube, const reference::json& file, const std::s
 // Reference: CalculiX 2.20, hexahedra with 20 nodes, edges of a twelfth of the side. CalculiX
 // converged at the full load only with edges of a sixth, which is 1 to 2 % stiffer at smaller
 // loads.
-TEST(NeoHookeanBody, CubeUnderADeadLoadGivesWayAsInCalculix) {
+TEST(NeoHookeanBody, CubeUnderADeadLoadDeformsAsInCalculix) {
   PALPATE_REFERENCE_OR_SKIP(file, "h_calculix.json");
   PressedCube cube(6), coarse(3);
   ExpectCalculix(&cube, file, "0.25", 0.005);

@@ -36,7 +36,7 @@ TEST(PressedBlock, IsAsStiffAsFinerBricks) {
 
 // A block that is rotated by 90 degrees together with its supports is the same body. Tolerance:
 // rounding.
-TEST(PressedBlock, EverySideIsPressedAlike) {
+TEST(PressedBlock, AllSidesAreEquivalent) {
   const std::string tool = "width: 10 mm, depth: 20 mm, behind: 5 mm";
   const PatchSolution top = Solve(SceneOf(50, 0.4, tool), {0.04, 0.1});
   const PatchSolution right = Solve(SceneOf(50, 0.4, tool, "{side: left}"), {0.1, 0.06});

@@ -58,7 +58,7 @@ TEST(SimulatedSite, ABodyThatMovesTakesItsContactAlong) {
 
 // Reference: a circle does not depend on the direction of its shaft. On the same path of its centre
 // a round end gives the same force to rounding; only the tip's position differs.
-TEST(SimulatedSite, ARoundEndPressesAlikeWhicheverWayItPoints) {
+TEST(SimulatedSite, TheForceOfARoundEndDoesNotDependOnItsDirection) {
   constexpr double kRadius = 0.005;
   const auto press = [&](double lean) {
     Scene scene = BlockScene();

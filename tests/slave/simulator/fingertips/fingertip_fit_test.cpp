@@ -156,7 +156,7 @@ FoamPress PressOf(const Samples& samples, const std::vector<double>& t,
   };
   FoamPress press;
   double early = 0, late = 0;
-  // Strongest hold of the first press, and the long hold of the second.
+  // The hold with the largest force in the first press, and the long hold of the second press.
   const double newtons = mean(force, 6.4, 7.3);
   for (std::size_t k = 0; k < kElectrodeCount; ++k) {
     const auto column = Column(samples, k);

@@ -75,7 +75,7 @@ TEST(TactileSite, WithoutWaitingAnUnsolvedContactIsTheNearestSolvedOne) {
   EXPECT_EQ(site.truth().force, solved.force);
 }
 
-TEST(TactileSite, PosesOfObjectAndHandTurnTheWholeWorld) {
+TEST(TactileSite, PosesOfObjectAndHandRotateTheWholeScene) {
   Scene scene = CubeScene();
   Eigen::Isometry3d X = Eigen::Isometry3d::Identity();
   X.linear() = Eigen::AngleAxisd(1.1, Vector3d(1, 2, 3).normalized()).toRotationMatrix();

@@ -149,7 +149,7 @@ INSTANTIATE_TEST_SUITE_P(Presses, MembraneImageTest,
 // Reference: the press on the finest mesh in use, with twice as many depth steps. Tolerances: those
 // in the header; measured are 0.12 % and 8 um at most, mainly from the mesh.
 TEST(StereoSite, PressesAwayFromHomeAreAsGoodAsStated) {
-  const double radius = 0.018;  // six rasters: nothing is blended
+  const double radius = 0.018;  // six raster steps, so that no interpolation is needed
   const Scene scene = MembraneScene();
   simulation::PressedMembrane fine(std::get<MembraneGeometry>(scene.object.geometry),
                                    scene.object.material, scene.tool->width, {radius, 0});

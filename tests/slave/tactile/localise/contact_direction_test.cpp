@@ -35,8 +35,8 @@ class ContactDirectionTest : public ::testing::Test {
   std::optional<presses::Presses> trial_, short_;
 };
 
-// Reference: 7.9 degrees beside the data, for the paper's formula on trial 1 with the last division
-// by m left out; as the paper prints it, 8.24.
+// Reference: 7.9 degrees, stated with the data for the paper's formula on trial 1 without the last
+// division by m; 8.24 for the formula as printed in the paper.
 TEST_F(ContactDirectionTest, PaperErrsAsTheDataSay) {
   const auto paper = presses::ErrorsOf(*Make("paper"), *trial_);
   EXPECT_NEAR(paper.median(), 7.9, 0.4);
@@ -61,7 +61,7 @@ TEST_F(ContactDirectionTest, SigmaHoldsTwoThirdsOfThePlaces) {
   }
 }
 
-// Reference: the same without the dead electrode's loss. The bound is kFlawedSigma's.
+// Reference: the same without the dead electrode's loss. The bound is kFlawedSigma.
 TEST_F(ContactDirectionTest, OneDeadElectrodeAddsNoMoreThanSigmaSays) {
   const auto localiser = Make("auto");
   const double sound = presses::ErrorsOf(*localiser, *trial_).median();

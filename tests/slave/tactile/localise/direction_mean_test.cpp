@@ -37,9 +37,9 @@ TEST_F(DirectionMeanTest, KnowsNoUnitAndNoSide) {
   EXPECT_LT((p - Vector3d(q.x(), -q.y(), q.z())).norm(), 1e-16);
 }
 
-// Law: every place is on the surface, and near normals are near places, from the cylinder's back to
-// the very tip. Tolerance: over the 8 degrees of blending the place runs through the mean on the
-// axis, here 10 mm behind, and the pad: 10 mm / 8 degrees is 1.3 mm a degree.
+// Law: every place is on the surface, and similar normals give nearby places, from the cylinder's
+// back to the tip. Tolerance: over the 8 degrees of blending the place moves from the mean on the
+// axis, here 10 mm behind, to the pad: 10 mm / 8 degrees is 1.3 mm per degree.
 TEST_F(DirectionMeanTest, RunsOverTheSurfaceWithoutLeaps) {
   const FingerSurface surface{kRadius};
   const double degree = std::numbers::pi / 180;

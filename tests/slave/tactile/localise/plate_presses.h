@@ -27,8 +27,8 @@ std::optional<Presses> ReadSoftPress();
 std::optional<ElectrodeLayout> Layout();
 
 struct Errors {
-  std::vector<double> degrees;   // rising, of the rows where a place was found
-  std::vector<double> of_sigma;  // rising, error over the place's own sigma
+  std::vector<double> degrees;   // sorted errors of the rows where a place was found
+  std::vector<double> of_sigma;  // sorted errors divided by the place's own sigma
   int rows = 0;
   [[nodiscard]] double median() const { return degrees.at((degrees.size() - 1) / 2); }
 };

@@ -36,9 +36,9 @@ double WorstWindow(const RandomNetwork& network, Samples samples) {
   return worst;
 }
 
-// Reference: the formulas, unit by unit, from the state of zero. Units and windows may fill no
-// register. Tolerance: both in double precision, exponentials within some units of the last place,
-// sums over up to 53 units in another order, outputs of order 1.
+// Reference: the formulas, unit by unit, from a zero state. Numbers of units and window lengths
+// need not fill vector registers. Tolerance: both in double precision, exponentials within some
+// units of the last place, sums over up to 53 units in another order, outputs of order 1.
 TEST(LstmNetworkTest, AnyShapeIsTheReference) {
   for (const char* architecture : {"rnn_21", "rnn_19"}) {
     for (const auto& [units, window] :

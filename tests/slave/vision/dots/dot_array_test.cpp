@@ -156,7 +156,7 @@ TEST(DotArray, MissingAndSpuriousDotsDoNotMixIdentities) {
   }
 }
 
-TEST(DotArray, CrowdsAndNonsenseAreAnsweredWithNobody) {
+TEST(DotArray, TooManyDotsAndInvalidImagesGiveNoIdentity) {
   const DotArray array(Array31());
   const auto places = Places(Array31(), {});
   std::vector<int> picks;

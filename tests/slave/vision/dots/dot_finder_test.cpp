@@ -35,7 +35,7 @@ const Dot* NearestTo(const std::vector<Dot>& dots, const Eigen::Vector2d& place)
   return nearest;
 }
 
-// 7 x 5 dots of several sizes and tilts at places that share no fraction of a pixel.
+// Returns 7 x 5 dots of several sizes and tilts at positions with different subpixel parts.
 std::vector<Eigen::Vector2d> ManyPlaces() {
   std::vector<Eigen::Vector2d> places;
   for (int j = 0; j < 5; ++j) {
@@ -133,7 +133,7 @@ TEST(DotFinder, EvenlyFallingLightDoesNotPullADot) {
   }
 }
 
-// The dot at `place`.
+// Finds the dot at `place`.
 std::optional<Dot> FoundAt(const DotImage& painting, const Eigen::Vector2d& place) {
   const std::vector<Dot> dots = Found(painting.Render());
   const Dot* nearest = NearestTo(dots, place);
@@ -183,7 +183,7 @@ TEST(DotFinder, AnEdgeBesideADotDoesNotPullIt) {
   }
 }
 
-// The same with noise: excluded pixels make the background less certain, not wrong.
+// Excluded pixels make the background less certain, not wrong.
 TEST(DotFinder, AnEdgeBesideADotDoesNotPullItInNoise) {
   DotImage painting;
   painting.ground = 190;

@@ -61,7 +61,8 @@ Conic Ellipse(const Eigen::Vector2d& centre, double a, double b, double angle) {
   return T.transpose() * Eigen::Vector3d(1 / (a * a), 1 / (b * b), -1).asDiagonal() * T;
 }
 
-// A ray d meets the plane at d (n . c) / (n . d); inside, that is nearer to c than r.
+// A ray d meets the plane at d (n . c) / (n . d); inside the disc the intersection is closer to c
+// than r.
 Conic DiscSeen(const Lens& lens, const Eigen::Vector3d& p_C, const Eigen::Vector3d& n_C,
                double radius) {
   Eigen::Matrix3d to_ray = Eigen::Matrix3d::Identity();

@@ -26,9 +26,9 @@ GroundRing Ring(double shared) {
   return ring;
 }
 
-// Reference: two levels of a sector's own beside two of each of its 14 pixels make the square of
-// its mean 4 + 4 / 14 where pixels of the same variance, 8, would make 8 / 14.
-TEST(GroundRing, WhatNeighboursShareIsSeen) {
+// Reference: noise of two levels common to a sector plus two levels for each of its 14 pixels gives
+// a squared mean of 4 + 4 / 14; independent pixels with the same variance, 8, would give 8 / 14.
+TEST(GroundRing, CorrelatedNoiseOfNeighboursIsDetected) {
   GroundRing ring = Ring(2);
   ASSERT_TRUE(ring.Fit());
   EXPECT_GT(ring.unevenness(), 4);

@@ -128,7 +128,7 @@ void ExpectNamed(const DotTracker& tracker, const std::string& where) {
 // Reference: the box's large dot is by far the largest one found in an image, and lies between the
 // other four. All other dots found are outside the box. The result must not depend on which image
 // comes first and in which order the others follow.
-TEST(RealDots, FiveDotsAreNamedAlikeFromAnyImageBothWays) {
+TEST(RealDots, FiveDotsAreIdentifiedFromAnyImageInBothDirections) {
   const auto files = Images(kDots / "five_dots_seq", "frame_");
   if (files.empty()) GTEST_SKIP() << "no images in " << kDots;
   std::vector<cv::Mat> images;

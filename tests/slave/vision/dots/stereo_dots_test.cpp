@@ -109,7 +109,7 @@ int Seen(const SurfaceObservation& observation) {
 // Reference: the bump drawn. A pixel of disparity is 1.3 mm at 250 mm. The centroids' noise of
 // 0.009 px in both cameras and in a rest frame of three pairs makes 0.02 mm; four times that for
 // the worst of 341 points.
-TEST(StereoDots, SeesEveryDotMoveByWhatItMoved) {
+TEST(StereoDots, MeasuresTheMotionOfEveryDot) {
   StereoDots stereo(Params());
   Rest(&stereo);
   double worst = 0;

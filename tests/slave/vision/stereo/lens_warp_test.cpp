@@ -12,7 +12,7 @@ namespace {
 
 constexpr std::array<double, 5> kBarrel{-0.25, 0.08, 0.001, -0.0005, 0};
 
-// Reference: a pinhole's image of the same place.
+// Reference: a pinhole's image of the same point.
 TEST(LensWarpTest, StraightPlacesAreAPinholes) {
   Lens lens = TestLens(kBarrel);
   lens.fx = 810, lens.fy = 790;
@@ -66,7 +66,7 @@ TEST(LensWarpTest, ImagesAreStraightenedAndBent) {
     }
   }
   EXPECT_LE(worst(bent, expected), 2);
-  EXPECT_GT(worst(expected, Waves(lens, false)), 100);  // or the test shows nothing
+  EXPECT_GT(worst(expected, Waves(lens, false)), 100);  // otherwise the test has no effect
 }
 
 }  // namespace

@@ -76,7 +76,7 @@ TEST(TriangulateTest, TheCovarianceIsThatOfNoisyImages) {
   for (int i = 0; i < 3; ++i) EXPECT_NEAR(ratio.eigenvalues()[i], 1, 0.04) << i;
 }
 
-// Reference: no place nearby has a smaller sum of squared misses.
+// Reference: no point nearby has a smaller sum of squared errors.
 TEST(TriangulateTest, NoNeighbourFitsTheImagesBetter) {
   const StereoRig rig = VergedTestRig({-0.2, 0.05, 0.001, 0, 0});
   const Eigen::Vector3d p_L(0.02, 0.01, 0.26);

@@ -42,7 +42,7 @@ TEST(EpipolarLineTest, ALineThatCutsACornerIsWalkedThroughTheImage) {
 }
 
 // Reference: the line sampled every 0.25 px. A section shorter than two steps may be missed.
-TEST(EpipolarLineTest, WhateverLineMeetsTheImageIsSeenToDoSo) {
+TEST(EpipolarLineTest, EveryLineThatMeetsTheImageIsFound) {
   const Lens lens = TestLens();
   int met = 0;
   for (int i = 0; i < 24 * 72; ++i) {

@@ -15,7 +15,7 @@ const std::vector<Eigen::Vector2d> kAt{{100, 100}, {160, 120}, {210, 130}};
 
 // Reference: the known motion. A tracker from image to image would accumulate its errors: after 200
 // images with 0.03 px each, 0.4 px. This tracker is as accurate at the end as at the beginning.
-TEST(SsdTrackerTest, PlacesDoNotDriftOverALongWay) {
+TEST(SsdTrackerTest, PositionsDoNotDriftOverALongPath) {
   WavyTexture texture;
   SsdTracker tracker(texture.Image({}, 2), kAt, {});
   double first_half = 0, second_half = 0;

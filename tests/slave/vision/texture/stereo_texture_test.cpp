@@ -64,7 +64,7 @@ TEST_F(StereoTextureTest, ATurningBodyIsFollowed) {
   }
 }
 
-TEST_F(StereoTextureTest, WhatOneCameraLosesIsUnseenUntilItMeetsTheOtherAgain) {
+TEST_F(StereoTextureTest, APointLostInOneCameraIsInvisibleUntilRaysMeetAgain) {
   for (int k = 0; k <= 12; ++k) {
     const Eigen::Vector3d p_S(0.001 * k, 0, 0.0005 * k);
     auto pair = images.Take(p_S);

@@ -110,9 +110,9 @@ TEST(LoadFit, PressesNoMoreThanItIsAllowed) {
   EXPECT_EQ(FitTo(fitter, clear).validity, Validity::kValid);
 }
 
-// Reference: chi-square. Over many noisy images of the same load the errors by their stated
-// covariance have a mean square of three, and the residual is one. With 200 images the mean has a
-// standard deviation of sqrt(2 * 3 / 200) = 0.17; four of them are allowed.
+// Reference: chi-square. Over many noisy images of the same load the squared errors, weighted by
+// the inverse of their stated covariance, have a mean of three, and the residual is one. With 200
+// images the mean has a standard deviation of sqrt(2 * 3 / 200) = 0.17; four of them are allowed.
 TEST(LoadFit, ErrorsAgreeWithTheStatedCovariance) {
   PlateModel small({kRadius, kThickness, kModulus, kNu});
   PlateLargeModel large({kRadius, kThickness, kModulus, kNu, 0, 8});
@@ -236,7 +236,7 @@ class UnreliablePlate final : public PlateSurface {
 // Reference: the fit without the finer plate. Its derivatives may be from the previous step, so
 // that the covariances agree within a few percent; with derivatives of the finer plate they would
 // be a ninth.
-TEST(LoadFit, WhatTheFinerPlateFailedToFindIsJudgedByTheCoarseOne) {
+TEST(LoadFit, WithoutAFineSolutionTheCoarseOneIsUsed) {
   PlateLargeModel plate({kRadius, kThickness, kModulus, kNu});
   UnreliablePlate finer;
   LoadFitter fitter(plate, {0.004}, &finer);
