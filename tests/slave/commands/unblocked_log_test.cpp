@@ -44,7 +44,7 @@ class UnblockedLogTest : public testing::Test {
 };
 
 // Without it the writer blocks for ever, while it may hold locks.
-TEST_F(UnblockedLogTest, WhatNobodyReadsIsLostAndCounted) {
+TEST_F(UnblockedLogTest, UnreadLinesAreLostAndCounted) {
   constexpr int kLines = 20000;
   for (int i = 0; i < kLines; ++i) log_->warn("line {:05d}", i);
   const std::string first = Read();

@@ -197,7 +197,7 @@ TEST_F(VerifyFilesTest, ARunKeepsItsTableOfForces) {
 }
 
 // The samples are right: the report must not say that the slave refuses them.
-TEST_F(VerifyFilesTest, AFullDiskIsNoRefusal) {
+TEST_F(VerifyFilesTest, AFullDiskIsNotReportedAsInvalidInput) {
   std::filesystem::create_directories(options_.out);
   std::filesystem::create_symlink("/dev/full", options_.out / "states.csv");
   options_.loads = Write("loads.csv", "t,fx,fy,fz\n0,0,1,0\n");

@@ -31,7 +31,7 @@ TEST_F(GuardedPortTest, AForceBeyondTheGuardHoldsUntilTheToolIsDrawnBack) {
   EXPECT_EQ(phase(), Phase::kFollowing);
 }
 
-TEST_F(GuardedPortTest, ADepthBeyondTheGuardRetractsToTheSurfaceWhereTheSceneSaysSo) {
+TEST_F(GuardedPortTest, ADepthBeyondTheGuardRetractsToTheSurfaceIfTheSceneRequestsIt) {
   Use({.max_speed = 0.020, .depth_guard = 2e-3, .guard_retracts = true});
   Press(0.1, Pushing(1, 1.9e-3));
   EXPECT_EQ(phase(), Phase::kFollowing);
@@ -66,7 +66,7 @@ TEST_F(GuardedPortTest, ATremblingHandDrawsTheToolOutOfAGuard) {
 }
 
 // An operator who stays near the guard's position would end an epoch with each tremor.
-TEST_F(GuardedPortTest, AGuardFallsABitBelowWhereItIsReached) {
+TEST_F(GuardedPortTest, AGuardEndsSlightlyBelowTheForceAtWhichItBegan) {
   Use({.max_speed = 0.020, .force_guard = 2});
   const auto feel = [this](double force) {
     Press(0.004, Pushing(force));

@@ -279,7 +279,7 @@ TEST_F(MalformedSceneTest, NoSingleChangedByteCrashes) {
 using HostileSceneTest = FolderTest;
 
 // 1000 aliases of 10 kB are 10 MB, from a file of 16 kB.
-TEST_F(HostileSceneTest, AliasesSpellOutNoMoreTextThanIsStated) {
+TEST_F(HostileSceneTest, ExpandedAliasesAreLimitedInSize) {
   std::string text = "name: &a " + std::string(10'000, 'x') + "\nobject: [*a";
   for (int i = 1; i < 1000; ++i) text += ", *a";
   EXPECT_THAT(MistakesOf(Write("scene.yaml", text + "]\n")),

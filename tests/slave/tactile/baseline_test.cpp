@@ -68,7 +68,7 @@ TEST_F(BaselineTest, ADriftIsNotExtrapolatedThroughALongContact) {
 // Reference: the spread of the extrapolated baseline over simulations of the same large drift.
 // Tolerance: the code extrapolates from the last sample instead of the middle of the rest samples,
 // whose distance is 4 % larger; and the fit absorbs 4 % of the noise's variance.
-TEST_F(BaselineTest, TheVarianceOfADriftThatGoesOnIsThatOfSimulations) {
+TEST_F(BaselineTest, TheVarianceOfAContinuingDriftAgreesWithSimulations) {
   constexpr int kRuns = 300, kAhead = 1000;
   double sum = 0, squares = 0, stated = 0;
   for (int run = 0; run < kRuns; ++run) {
@@ -88,7 +88,7 @@ TEST_F(BaselineTest, TheVarianceOfADriftThatGoesOnIsThatOfSimulations) {
 }
 
 // Reference: the end of a line through n values of variance v, 4 v / n; without a slope v / n.
-TEST_F(BaselineTest, ThePressureIsKnownAsWellAsItsLine) {
+TEST_F(BaselineTest, TheVarianceOfThePressureIsThatOfItsLine) {
   for (const double slope : {0.0, 0.3}) {
     rest_.Reset();
     double squares = 0;

@@ -139,7 +139,7 @@ TEST(ConvergenceOrder, IsTwoWithFourNodesAndThreeWithTen) {
 // Reference: the harmonic field does not depend on nu, so neither should the error. A pure
 // displacement formulation locks as nu -> 0.5; ten-node elements with a pressure do not, up to and
 // including 0.5.
-TEST(Incompressibility, DoesNotLockWithAPressureOfItsOwn) {
+TEST(Incompressibility, DoesNotLockWithAnUnknownPressure) {
   const double first = HarmonicError(Element::kTet10, 0.3, 4);
   for (const double nu : {0.49, 0.499, 0.4999, 0.5}) {
     EXPECT_LT(HarmonicError(Element::kTet10, nu, 4), 3 * first) << nu;

@@ -146,7 +146,7 @@ TEST(TactileEstimatorTest, RestValuesTakenInsideTheObjectAreFlaggedUntilTakenAga
 }
 
 // The arm moves 0.5 mm per sample; the samples lag by four.
-TEST(TactileEstimatorTest, AFingertipThatGoesAfterTheArmIsFlagged) {
+TEST(TactileEstimatorTest, AFingertipThatLagsBehindTheArmIsFlagged) {
   const Scene scene = CubeScene(kAbove);
   for (const int late : {0, 4}) {
     TactileEstimator estimator(scene, Fakes());
@@ -248,7 +248,7 @@ TEST(TactileEstimatorTest, HoldingTheContactCalmsTheOscillationOfIntermittentCon
 
 // The network takes the mean over its window. If the force grows linearly, interpolating the right
 // number of missing samples does not change that mean.
-TEST(TactileEstimatorTest, AnEvenlyGrowingForceIsBridgedOverASampleThatDoesNotCome) {
+TEST(TactileEstimatorTest, AnEvenlyGrowingForceIsInterpolatedOverAMissingSample) {
   const Vector3d way(0, 0, -0.003);
   Touching whole(CubeScene(kAbove)), holed(CubeScene(kAbove));
   for (int i = 1; i <= 40; ++i) {

@@ -99,7 +99,7 @@ TEST(MembraneLaws, DotsDetermineTheForceOfTheOtherLaw) {
 // A rigid face off the centre touches only with its outer arc, so the uniform load is found up to 2
 // mm farther out (5 mm for the wide tool). Measured: -0.6 to 3.4 % of the force, misplaced by 0.2
 // mm.
-TEST(MembraneLaws, DotsTellTheForceAndPlaceOfARigidTool) {
+TEST(MembraneLaws, DotsDetermineForceAndPlaceOfARigidTool) {
   PlateLargeModel plate({.radius = kRadius,
                          .thickness = 1e-3,
                          .young_modulus = kYoung,
