@@ -443,7 +443,7 @@ TEST(HapticLoopReturnTest, AnEngagementGoesOnAfterACutOfTheLine) {
   EXPECT_EQ(rig.state(), OperatorState::kFollowing);
 }
 
-// Until the slave confirms it.
+// The request is repeated until the slave confirms it.
 TEST_F(HapticLoopTest, TheOperatorsEmergencyStopIsReportedAndLetsTheHandGo) {
   rig_.loop.stops().Request();
   rig_.Tick(puppet_);

@@ -105,7 +105,7 @@ TEST_F(SimulatedBlockTest, PassesAndItsFaultsAreFound) {
     EXPECT_THAT(LikelyWrong(), HasSubstr("sense.camera.pixel"));
     EXPECT_THAT(LikelyWrong(), Not(HasSubstr("young_modulus")));
 
-    // More than that: the slave refuses the images.
+    // If the error is larger, the slave refuses the images.
     options_.overrides = {"sense.camera.pixel=0.3605 mm"};
     EXPECT_EQ(Run(), 1);
     EXPECT_THAT(std::string(Report()["refused"]), HasSubstr("camera.pixel"));

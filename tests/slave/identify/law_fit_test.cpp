@@ -1,4 +1,4 @@
-// Laws are found again from their own curves.
+// Fits find a law again from curves that were computed with it.
 #include "slave/identify/law_fit.h"
 
 #include <cmath>

@@ -293,7 +293,7 @@ TEST_F(TestTable, TheTravelOfAFirstRowWithoutALoadIsSubtracted) {
   const MaterialTest later = Read("compression", Travel(0.2, 196.3495 * 0.2 / 30), specimen);
   EXPECT_NEAR(later.rows.back().measured[0] / (later.rows.back().abscissa - 1), 1e5, 100);
   EXPECT_THAT(later.remarks, testing::IsEmpty());
-  // Half the load: it is unknown which of the two is wrong.
+  // With half of the load it is unknown whether load or travel is wrong.
   EXPECT_THAT(Read("compression", Travel(1, 196.3495 * 0.45 / 30), specimen).remarks,
               Contains(HasSubstr("which the table cannot tell")));
 }

@@ -30,7 +30,8 @@ class BaselineTest : public ::testing::Test {
       rest_.Take(Reading(slope * now_));
     }
   }
-  // Rms of the electrodes' change `samples` after rest was taken last, untouched.
+  // Returns the rms of the electrodes' change, without contact, `samples` after the last rest
+  // sample.
   double ErrorAfter(int samples, double slope) {
     for (int i = 0; i < samples; ++i, ++now_) rest_.Advance();
     const TactileSignals change = rest_.Change(Reading(slope * (now_ - 1)));
@@ -47,7 +48,7 @@ class BaselineTest : public ::testing::Test {
 
 TEST_F(BaselineTest, ALargeDriftIsExtrapolated) {
   Rest(0.1);
-  // Of 8.5 counts of drift from the middle of the rest samples.
+  // The drift since the middle of the rest samples is 8.5 counts.
   EXPECT_LT(ErrorAfter(60, 0.1), 2.5);
   // The variance of a slope through 50 samples is 12 / 50^3 of the noise's 0.89 counts^2;
   // extrapolated by 60 samples.

@@ -65,7 +65,7 @@ struct Harmonic {
     return a * std::exp(p.x()) *
            Vector3d(std::sin(p.y()) * p.z(), std::cos(p.y()) * p.z(), std::sin(p.y()));
   }
-  // Traction on z = 1, over 2 mu.
+  // Traction on z = 1, divided by 2 mu.
   [[nodiscard]] Vector3d top(const Vector3d& p) const {
     return a * std::exp(p.x()) * Vector3d(std::sin(p.y()), std::cos(p.y()), 0);
   }

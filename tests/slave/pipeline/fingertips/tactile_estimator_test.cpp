@@ -70,7 +70,7 @@ TEST(TactileEstimatorTest, TheMomentOfAContactIsWithin5PercentOfForceTimesWidth)
     ASSERT_TRUE(a.force && a.moment && b.force && b.moment) << hold;
     EXPECT_LT((*a.moment - *b.moment).norm(), 0.05 * force.norm() * kWidth) << hold;
     EXPECT_GT(a.moment_sigma, (*a.moment - *b.moment).norm() / 3) << hold;
-    // About the apex, where the contact is, the distribution alone remains.
+    // About the apex, where the contact is, only an uneven distribution causes a moment.
     const bool is_even = hold == "force";
     EXPECT_EQ(b.moment->norm() > 0.02 * force.norm() * kWidth, !is_even) << b.moment->norm();
   }

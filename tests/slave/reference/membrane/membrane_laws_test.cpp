@@ -26,7 +26,7 @@ struct Laws {
   double by_depth = 0;          // von Karman's force at the truth's depth, over the truth's
   double by_dots = 0;           // force found from the true dots
   double misplaced = 0;         // of the load found [m]
-  double stated = 0;            // of by_depth - 1, by plate_law.h
+  double stated = 0;            // by_depth - 1 as stated by plate_law.h
   bool flagged = false;         // von Karman's force at the truth's depth
 };
 
