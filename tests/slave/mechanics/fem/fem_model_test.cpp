@@ -31,7 +31,8 @@ solids::Held OnFloor(const SolidMesh& mesh) {
   return FixedWhere(mesh, [](const Vector3d& p) { return p.z() < 1e-9; });
 }
 
-// At a tenth of a triangle's height above the floor its free node moves ten times as far.
+// If a point at a tenth of a triangle's height above the floor is moved, the free node must move
+// ten times as far.
 TEST(FemModel, APointThatLiesMostlyOnASupportIsFlagged) {
   const SolidMesh mesh = Block();
   FemModel model(mesh, OnFloor(mesh), solids::Linear(solids::Foam()));
