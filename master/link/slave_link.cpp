@@ -122,7 +122,8 @@ struct SlaveLink::Parts {
 
   const Options options;
   const std::string target;
-  milliseconds max_round_trip{}, answered_in{};   // the latter: a call on an open line
+  // Answered_in: duration of a call on the open connection.
+  milliseconds max_round_trip{}, answered_in{};
   std::shared_ptr<grpc::Channel> channel;         // never null
   std::unique_ptr<v1::Teleoperation::Stub> stub;  // never null
   OperatorCalls calls;                            // uses the stub
@@ -166,7 +167,8 @@ grpc::Status SlaveLink::Parts::RequestScene(RemoteScene* scene, bool waits, mill
   if (!status.ok()) return status;
   const Time connected = Clock::now();
   SetDeadline(&for_status, deadline);
-  status = stub->GetStatus(&for_status, {}, &answer);  // for its duration, as the line is open
+  // Measures answered_in, because the connection is open now.
+  status = stub->GetStatus(&for_status, {}, &answer);
   if (!status.ok()) return status;
   answered_in = SinceThen(connected);
   calls.SetKnownStops(answer.stops());

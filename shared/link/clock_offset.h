@@ -50,8 +50,9 @@ class ClockOffset {
   static constexpr std::size_t kWindow = 32;
   static constexpr double kDrift = 50e-6;  // largest relative drift of two clocks [s/s]
   static constexpr double kSlew = 5e-3;    // largest rate of change of the offset [s/s]
-  // A clock has moved when so many samples in a row differ from the offset by this much more than
-  // their delta: far above the drift within the window, and the age of a state allows less [s].
+  // A clock has moved when kLeapSamples samples in a row differ from the offset by their delta plus
+  // kLeap [s]. The drift within the window is much smaller, and the accepted age of a state is
+  // larger.
   static constexpr double kLeap = 0.1;
   static constexpr int kLeapSamples = 5;
 

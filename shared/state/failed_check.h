@@ -33,9 +33,9 @@ enum class FailedCheck : std::uint8_t {
 };
 inline constexpr int kFailedChecks = 21;
 
-// A state reports the failed check with the highest rank, because it causes lower ones. No data of
-// this instant, then a wrong frame of reference, then signals that cannot be used, then
-// contradictions between them, then the range of the model.
+// A state reports the failed check with the highest rank, because it causes lower ones. The order
+// of the ranks, highest first: no data of this instant, a wrong frame of reference, unusable
+// signals, contradictions between them, the range of the model.
 constexpr int Rank(FailedCheck check) {
   constexpr std::array kRising{
       FailedCheck::kNone,         FailedCheck::kModelRange,    FailedCheck::kMisfit,

@@ -122,7 +122,7 @@ void KeepFirstLoading(MaterialTest* test) {
     if (leg.to - leg.from < 2) continue;
     if (leg.is_loading) {
       softening = std::max(softening, DistanceOf(*test, *first, leg));
-    } else if (&leg != legs.data()) {  // the loading before it
+    } else if (&leg != legs.data()) {  // compares it with the previous leg
       hysteresis = std::max(hysteresis, DistanceOf(*test, *(&leg - 1), leg));
     }
     moduli += Formatted("%s%s %.3g kPa", moduli.empty() ? "" : ", ",
@@ -145,10 +145,11 @@ void TakeOffTravel(MaterialTest* test) {
   constexpr double kBeginning = 0.1;     // part of the range of strains that counts as first rows
   constexpr std::size_t kMinCount = 3;   // first rows
   constexpr double kNegligible = 0.005;  // of the largest strain
-  // Part of the expected load at this displacement below which there is no load.
+  // There is no load below this part of the expected load at the row's displacement.
   constexpr double kUnloaded = 0.25;
-  constexpr double kBoth = 4;  // multiple of it above which the load has an offset, too
-  // Multiples of it within which a row belongs to the curve.
+  // Multiple of the expected load above which the load has an offset, too.
+  constexpr double kBoth = 4;
+  // Multiples of the expected load within which a row belongs to the curve.
   constexpr double kMinRatio = 0.6, kMaxRatio = 1.6;
   std::vector<TestRow>& rows = test->rows;
   if (rows.size() < kMinCount + kMinTestRows || !(test->Peak() > 0)) return;

@@ -20,7 +20,7 @@ bool ShowsTool(SensingPipeline& sense, const Manipulator& manipulator) {
   return manipulator.carries_tool() && (is_observed || manipulator.comes_with_samples());
 }
 
-// A pipeline that computes no force misses none.
+// A pipeline that estimates no force does not report that the force is unknown for too long.
 ManipulatorOptions LimitsOf(const Scene& scene, const SensingPipeline& sense) {
   ManipulatorOptions limits = scene.manipulator;
   if (!sense.info().has_force_estimate)
@@ -104,7 +104,8 @@ Events LiveSlave::TakeEvents() {
 
 SlaveDescription LiveSlave::Describe() const {
   SlaveDescription description;
-  description.settings_revision = settings_.revision();  // before the settings that it counts
+  // Read before the settings, so that it is never newer than they are.
+  description.settings_revision = settings_.revision();
   description.scene = settings_.scene();
   description.sense = settings_.info();
   description.scene.operator_options.transform = port_.transform();

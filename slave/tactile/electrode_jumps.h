@@ -51,7 +51,7 @@ class ElectrodeJumps {
 
  private:
   // Smallest jump relative to the change of the other electrodes between samples [-]. [tuned:
-  // SignalsThatGoTogetherPassAsTheyAre]
+  // SignalsThatChangeTogetherAreUnchanged]
   static constexpr double kJump = 8;
   static constexpr double kBack = 0.3;  // remaining part of a jump that was only a spike
   // Largest deviation [sigma] of a reinstated electrode, during kReinstated samples.

@@ -14,7 +14,7 @@ using Signals = SignalPattern::Signals;
 using Covariance = SignalPattern::Covariance;
 
 // Largest deviation of an electrode from its prediction in standard deviations [-]. [tuned:
-// SignalsThatGoTogetherPassAsTheyAre]
+// SignalsThatChangeTogetherAreUnchanged]
 constexpr double kOutlier = 5.5;
 // Limit for an electrode whose reading is constant. [-] [tuned:
 // AConstantElectrodeNeedsLessToBeWrong]
@@ -24,7 +24,7 @@ constexpr double kTypicalSize = 60;
 // Smallest contact size, so that gentle contacts differ from noise [counts].
 constexpr double kMinSize = 10;
 // Multiple of the usual variance below which nothing is removed. [-] [tuned:
-// NoiseIsTakenOffAsFarAsItIsMoreThanUsual]
+// ExcessNoiseIsSubtracted]
 constexpr double kQuiet = 4;
 constexpr double kSignificant = 3;  // standard deviations of a common drift [-]
 constexpr int kMaxReplaced = 4;     // electrodes; with more the right ones are unknown

@@ -7,7 +7,7 @@ namespace palpate {
 namespace {
 
 // A sample is the mean over 2 kAside + 1 parallel lines, 1 px apart. [-] [tuned:
-// EachPlaceTellsHowFarTheEdgeHasMovedAcross]
+// EachPlaceMeasuresTheMotionOfTheEdgeAcross]
 constexpr int kAside = 2, kLines = 2 * kAside + 1;
 constexpr int kStep = 3;  // samples on either side that define a step
 constexpr int kCentrings = 8;

@@ -9,12 +9,12 @@
 namespace palpate {
 namespace {
 
-constexpr std::size_t kMaxPlaces = 256;  // [-] [tuned: EachPlaceTellsHowFarTheEdgeHasMovedAcross]
+constexpr std::size_t kMaxPlaces = 256;  // [-] [tuned: EachPlaceMeasuresTheMotionOfTheEdgeAcross]
 constexpr double kNeighbour = 14;  // points farther apart than this are on different pieces [px]
 // Smallest cosine between the directions to the point and from it [-]. [tuned:
-// EachPlaceTellsHowFarTheEdgeHasMovedAcross]
+// EachPlaceMeasuresTheMotionOfTheEdgeAcross]
 constexpr double kStraight = 0.95;
-// Error of the centroid [px]. [tuned: EachPlaceTellsHowFarTheEdgeHasMovedAcross]
+// Error of the centroid [px]. [tuned: EachPlaceMeasuresTheMotionOfTheEdgeAcross]
 constexpr double kHalfWindow = 4;
 constexpr double kMinStep = 3;       // [1/255 of full scale]
 constexpr double kMinOfStep = 0.25;  // of the place's step at rest

@@ -15,7 +15,7 @@ using Eigen::Vector2d;
 // IsNotFoundWhereTheToolContinues]
 constexpr double kReach = 8;
 // Distance beside the tool at which the background is measured [px]. [tuned:
-// OfAWidthReportedWrongByAFifthIsSeen]
+// AWidthWrongByAFifthIsDetected]
 constexpr double kSideWidth = 6;
 // Distance behind the tip from which the sides are measured [px]. [tuned:
 // IsNotFoundWhereTheToolContinues]

@@ -1,13 +1,14 @@
 // Organs touched by several contacts that sink and circle at 100 mm/s, sampled at 100 Hz:
 // neo-Hookean tetrahedra with four nodes, no precomputation. One thread, CPU time.
 //
-// `Kernel`: tangent, forces and energy per element [ns], in lanes and by the general element.
-// `Slide/tetrahedra/contacts`: update of one sample over the bodies of organ_bodies.h [ms], its
-// force against the converged one of the same mesh [%], the share `within2` estimates of that and
-// the median `ratio` of estimate and error, `failed` ones, Newton's `steps` and their
-// `iterations`, longest `first` touch [ms], start [s], memory [MB]. `Rub`: the same with friction,
-// of tools that slip. `Before`: the same of the general model at its residual of 1e-2, on the first
-// body. All in one run, since machines are loaded.
+// `Kernel`: time for tangent, forces and energy per element [ns], in vector lanes and with the
+// general element. `Slide/tetrahedra/contacts`: results over the bodies of organ_bodies.h: time of
+// an update [ms]; error of the force relative to the converged one on the same mesh [%]; `within2`:
+// share of errors within twice their estimate; `ratio`: median of estimated / true error; `failed`:
+// number of failed updates; `steps` of Newton's method and their `iterations`; `first`: longest
+// first touch [ms]; start [s]; memory [MB]. `Rub`: as `Slide`, for tools that slip with friction.
+// `Before`: as `Slide`, for the general model with a residual of 1e-2, on the first body. All are
+// measured in one run, because the load of machines varies.
 #include <algorithm>
 #include <cmath>
 #include <memory>

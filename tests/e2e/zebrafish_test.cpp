@@ -1,5 +1,5 @@
 // Real microscope images of embryos and injection pipettes (../shared, not ours to pass on): the
-// tracking find contour and tip without knowing where they are.
+// tracking finds contour and tip without knowing where they are.
 #include <cmath>
 #include <filesystem>
 #include <numbers>

@@ -54,19 +54,19 @@ class JoinedSlave final : public FakeSlave {
   // --- for tests. Estimates the contact at the current tip. `force`: estimated force [N]; nullopt:
   // the true one.
   void Sense(std::optional<double> force = {});
-  // The watchdog's work.
+  // Does what the watchdog thread of a slave does.
   void Watch();
-  // Emergency stops and resets that begin; a stop is open until a later reset succeeds.
+  // Returns whether an emergency stop arrived after which no reset has succeeded.
   [[nodiscard]] bool has_open_stop() const;
   [[nodiscard]] bool is_stop_recorded() const { return record_.is_active(); }
   [[nodiscard]] OperatorView view() const { return port_.view(); }
   [[nodiscard]] std::uint64_t stops() const { return port_.stops(); }
   [[nodiscard]] CommandCounts counts() const { return port_.counts(); }
-  // Settings of a revision.
+  // Returns the settings of a revision.
   [[nodiscard]] Scales ScalesOf(std::uint32_t revision) const;
   [[nodiscard]] std::uint32_t revision() const;
   [[nodiscard]] TeleopTransform transform() const { return port_.transform(); }
-  // The next reset: another stop arrives while the record is removed.
+  // Makes another stop arrive during the next reset, while the record is removed.
   void StopDuringNextReset();
 
   // --- Slave.

@@ -148,7 +148,7 @@ class Schedule {
   std::uint32_t stops_arrived_ = 0;
   // Order in which stops and resets were pressed. A reset ends only stops that were pressed before.
   std::uint32_t presses_ = 0,
-                open_press_ = 0;  // the latter: newest stop that is not ended; 0: none
+                open_press_ = 0;  // open_press_: newest stop that is not ended; 0: none
   std::map<std::uint32_t, std::uint32_t> presses_of_stops_;  // by their number
   // State that the loop used last, according to accepted commands.
   std::uint64_t used_sequence_ = 0;

@@ -78,7 +78,7 @@ TEST_F(SolvePlates, ALoadOverASmallCircleDeflectsItsCentreAsTheClosedFormSays) {
 }
 
 // Reference: c membrane_force_deflection, 1e-5; the linear column is the plate's own closed form.
-TEST_F(SolvePlates, TheMembraneOfThePaperTakesTheTabulatedForces) {
+TEST_F(SolvePlates, ThePapersMembraneHasTheTabulatedForces) {
   PALPATE_REFERENCE_OR_SKIP(file, "c_plate.json");
   const json c = CaseOf(file, "membrane_force_deflection");
   const json& p = c.at("params");

@@ -71,7 +71,8 @@ class TouchDevice final : public HapticDevice {
   unsigned long task_ = 0;
   LatestValue<DeviceReading> frames_;  // from the servo thread
   LatestValue<Command> commands_;      // to the servo thread
-  std::atomic<Time> read_at_{Time{}};  // time of the newest reading, of which a command is
+  // Time of the newest reading, which is also the time of a new command.
+  std::atomic<Time> read_at_{Time{}};
   std::atomic<const Tick*> tick_{nullptr};
   std::atomic<bool> inside_{false};  // the servo thread is inside a tick
   std::atomic<bool> saturated_{false};

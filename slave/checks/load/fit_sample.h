@@ -29,10 +29,11 @@ struct PlateFit {
   // The rim or the cameras have moved since rest. The load does not include it: a motion of the
   // cameras within limits is compensated.
   bool moved = false, compensated = false;
-  // Displacement along the plate with the distance from the points' centre, rms [m].
+  // Displacement along the plate that is proportional to the distance from the points' centre, rms
+  // [m].
   NuisanceParameter growth;
-  // Tension at rest beyond the scene's [N/m], the model's error as its tolerance, and the force by
-  // which the load would be another per tension [N / (N/m)]; sigma 0: not identified.
+  // Tension at rest beyond the scene's [N/m], the model's error as its tolerance, and the change of
+  // the load's force per change of the tension [N / (N/m)]; sigma 0: not identified.
   NuisanceParameter tension;
   double force_per_tension = 0;
   double sigma = 0;    // of a point along z, rms [m]

@@ -16,7 +16,7 @@ constexpr double kMinPart = 1.0 / 64;      // smallest part of a load that is ap
 constexpr double kFactorOnce = 3e8;
 // Additional stiffness that makes an exact tangent definite, in units of E.
 constexpr double kMinShift = 1.0 / 64, kMaxShift = 4;
-constexpr int kMaxHalvings = 24;     // of one such step
+constexpr int kMaxHalvings = 24;     // halvings of one such step
 constexpr double kInner = 1e-2;      // tolerance of a linear system relative to its right-hand side
 constexpr double kErrorShare = 0.3;  // accuracy of the error estimate relative to the residual
 constexpr double kLinearShare = 0.5;  // of the residual aimed at, left by a linear system
@@ -276,7 +276,8 @@ void StaticEquilibrium::PrepareTangent() noexcept {
   if (has_tangent_ || std::exchange(keeps_tangent_, false)) return;
   if (hyperelastic_) {
     Update(With::kTangent);
-    solver_.Follow();  // far from the last one, unlike that of a motion that was predicted
+    // This tangent may be far from the last one, because the motion was not predicted.
+    solver_.Follow();
   } else {
     body_.AssembleTangent(0, 1, tangent_);
     has_tangent_ = true;

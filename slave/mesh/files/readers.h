@@ -1,5 +1,5 @@
-// Each function reads one format, and ReadMeshFile chooses it. All throw std::invalid_argument as
-// ReadMeshFile does.
+// Each function reads one format, and ReadMeshFile chooses it. All throw the exceptions of
+// ReadMeshFile.
 #pragma once
 
 #include <filesystem>

@@ -42,7 +42,7 @@ struct PlateLimits {
   static constexpr int kRestFrames = 5, kMaxRestFrames = 100;
 
   // Uncertainty. Error of the plate's shape around a load, divided by the depth [-]. [tuned:
-  // AnIndentationOfAnotherTensionIsFlaggedOrItsSigmaTellsIt]
+  // AnIndentationOfAnotherTensionIsFlaggedOrIncreasesSigma]
   static constexpr double kLawsShape = 0.9e-3;
   // Weight of a new image in the scatter without contact [-]. [derived: the mean of about ten
   // images]

@@ -6,7 +6,7 @@
 namespace palpate {
 
 // Smallest informative depth, relative to the full depth [-]. [tuned:
-// FlaggedAndStrangeLoadsTeachNothing]
+// FlaggedAndForeignLoadsAreNotLearnt]
 inline constexpr double kInformativeDepth = 0.1;
 
 // Information of one sample about the ratio estimated / modelled [-].

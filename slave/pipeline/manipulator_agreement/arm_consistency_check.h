@@ -44,10 +44,10 @@ class ArmConsistencyCheck {
   }
 
  private:
-  // Weight of one image in the offset. [-] [tuned: ImagesThatAreOneLatePartByAStepThoughBothAgree]
+  // Weight of one image in the offset. [-] [tuned: ALagOfOneImageShowsAsAStepAlthoughBothAgree]
   static constexpr double kFollow = 0.03;
   // Weight of one image in the slow offset, which must not follow a lag. [-] [tuned:
-  // ImagesThatAreOneLatePartByAStepThoughBothAgree]
+  // ALagOfOneImageShowsAsAStepAlthoughBothAgree]
   static constexpr double kFollowSlowly = kFollow / 4;
   std::optional<Eigen::Vector3d> offset_;
   Eigen::Vector3d p_S_reported_{0, 0, 0};

@@ -4,6 +4,6 @@
 namespace palpate {
 
 // One standard deviation [sample periods]. The timestamp of a sample may lack a driver's latency.
-inline constexpr double kArmLag = 1.5;  // [tuned: APressIntoItIsEstimatedAsDeepAsItIs]
+inline constexpr double kArmLag = 1.5;  // [tuned: APressIntoAMovingObjectHasTheRightDepth]
 
 }  // namespace palpate

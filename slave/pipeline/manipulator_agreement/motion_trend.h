@@ -51,10 +51,10 @@ class MotionTrend {
 
  private:
   static constexpr std::size_t kImages = 12, kMinImages = 4;
-  // Error, of the velocity [-]. [tuned: WhatIsEstimatedAndWhatTravelsGoWithIt]
+  // Error, of the velocity [-]. [tuned: EstimatesAndPatchFollowTheObject]
   static constexpr double kKnown = 0.5;
   // Slope of a parabola at its end relative to the errors of its ends. [-] [tuned:
-  // WhatIsEstimatedAndWhatTravelsGoWithIt]
+  // EstimatesAndPatchFollowTheObject]
   static constexpr double kBends = 3;
   struct Sample {
     Time at{};

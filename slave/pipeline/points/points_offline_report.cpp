@@ -159,7 +159,7 @@ class PointsOfflineReport final : public OfflineReport {
     return {row};
   }
 
-  // Left, right and the rig: a recording to process again.
+  // Writes left and right images and the rig, which can be processed again.
   void OpenFrames(const std::filesystem::path& folder) override {
     std::filesystem::create_directories(folder / "left");
     if (!std::filesystem::is_empty(folder / "left")) {

@@ -24,7 +24,7 @@ class Texture {
 
   // Smooth noise around `grey` with extremes near +-`contrast`, grains of about `grain` texels.
   static Texture Speckle(std::uint32_t seed, double grain, float grey, float contrast);
-  // Two-valued blotches of `dark` and `light` on soft edges.
+  // Blotches with the two grey levels `dark` and `light` and soft edges.
   static Texture Blotches(std::uint32_t seed, double grain, float dark, float light);
 
   // Fills the pixels of `canvas` (CV_32F) whose centres lie in the triangle `at` [px]; `from`:

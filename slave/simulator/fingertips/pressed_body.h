@@ -36,7 +36,7 @@ class PressedBody {
  public:
   using Held = std::vector<std::array<bool, 3>>;  // fixed components, per node
 
-  // Young's modulus at a point of frame O by `young_modulus` [-]; empty: 1.
+  // Young's modulus at a point of frame O, divided by `young_modulus` [-]; empty: 1.
   using Modulus = std::function<double(const Eigen::Vector3d&)>;
 
   // Throws std::invalid_argument: an element without volume, no element.

@@ -68,7 +68,8 @@ class DottedMembrane {
 // A fine texture printed on the inner face of a membrane, for one camera.
 class TexturedMembrane {
  public:
-  static constexpr double kGrains = 65;  // of the texture across the membrane: 1.2 mm of 78
+  // Number of grains across the membrane, which makes 1.2 mm per grain of 78 mm.
+  static constexpr double kGrains = 65;
 
   // `exposure` must outlive this.
   TexturedMembrane(const MembraneView& view, std::uint32_t seed, const Exposure& exposure);

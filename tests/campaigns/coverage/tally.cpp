@@ -41,7 +41,8 @@ Bands BandsOf(const std::vector<EstimateRow>& rows) {
 
 Intervals IntervalsOf(const std::vector<std::vector<EstimateRow>>& presses) {
   constexpr int kSeries = 2000;
-  constexpr std::size_t kOutside = kSeries / 40;  // at either end
+  // Number of values outside of the interval at either end.
+  constexpr std::size_t kOutside = kSeries / 40;
   struct Counts {
     double all = 0, one = 0, two = 0;
   };

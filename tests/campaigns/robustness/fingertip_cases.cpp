@@ -66,7 +66,7 @@ Alteration Amplified(std::function<double(const Moment&)> factor) {
   }));
 }
 
-// `electrode` from 0; stuck where it was when it began.
+// From `when` on, the electrodes keep their last value. Their numbers begin at 0.
 Alteration Stuck(std::vector<std::size_t> electrodes, When when) {
   return Reads(OfFirst(
       [=, held = std::make_shared<FingerReading>()](const Moment& moment, FingerReading& reading) {

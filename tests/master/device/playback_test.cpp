@@ -56,7 +56,7 @@ TEST(PlaybackTest, EngagesAfterTheFirstReadingAndLetsGoAtTheEnd) {
   EXPECT_EQ(playback.Read(At(1e6)).p_M.x(), 0.1);
 }
 
-TEST(PlaybackTest, ErrorsTellFileLineAndWhatIsAccepted) {
+TEST(PlaybackTest, ErrorsStateFileLineAndWhatIsAccepted) {
   const std::string header = "time_s,x,y,z\n0,0,0,0\n";
   EXPECT_THAT(ErrorOf(""), HasSubstr("empty"));
   EXPECT_THAT(ErrorOf("time_s,x,z\n0,0,0\n"), AllOf(HasSubstr(".csv:1"), HasSubstr("column y")));

@@ -41,7 +41,7 @@ struct PointerTest : testing::Test {
   Stage stage;
 };
 
-TEST_F(PointerTest, GoesWhereThePageAimsNoFasterThanItMay) {
+TEST_F(PointerTest, FollowsTheTargetWithinTheSpeedLimit) {
   stage.Run(0.1, {0, 0, 0}, true);
   const DeviceReading reading = stage.Run(2, kAim, true);
   EXPECT_TRUE(reading.engaged);
@@ -71,7 +71,7 @@ TEST_F(PointerTest, SilenceLetsGo) {
   EXPECT_FALSE(later.engaged);
 }
 
-TEST_F(PointerTest, APageThatComesBackToLifeHoldsNothingUntilItIsPressedAgain) {
+TEST_F(PointerTest, AReturningPageIsDisengagedUntilItIsPressedAgain) {
   stage.Run(0.5, kAim, true);
   stage.Run(0.5, kAim, true, false);
   EXPECT_FALSE(stage.Run(0.5, kAim, true).engaged);

@@ -62,7 +62,7 @@ TEST(PressScriptTest, NeverFollowsANonsensicalGuide) {
   }
 }
 
-TEST(PressScriptTest, WaitsThroughAShortLossOfTheGuideAndThenGoesOn) {
+TEST(PressScriptTest, WaitsDuringAShortLossOfTheGuideAndThenContinues) {
   PressScript script(0.005, 0.020, 0.01);
   double advance = 0, before = 0, deepest = 0;
   for (int i = 0; i < 4000; ++i) {

@@ -46,7 +46,7 @@ TEST(DoctorTest, ATimerIsRatedByPerceptibleDelays) {
   EXPECT_THAT(CheckTimer(Bare(900, 0)).advice, Not(IsEmpty()));
 }
 
-TEST(DoctorTest, GovernorsAndClocksAreReadWhereTheSystemTellsThem) {
+TEST(DoctorTest, GovernorsAndClocksAreReadFromTheSystemFiles) {
   const Scratch scratch;
   const std::filesystem::path& sys = scratch.path();
   const auto write = [&](const char* file, const char* text) {

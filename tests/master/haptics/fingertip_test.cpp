@@ -159,7 +159,7 @@ TEST(LaggingForceTest, ShowsInTheErrorOfInterpolationAndNotInThatOfTheLocalModel
     const auto local = ErrorOnRamp(options, speed, RenderMode::kLocal);
     const auto late = ErrorOnRamp(options, speed, RenderMode::kInterpolate);
     EXPECT_GT(local.ticks, 900U);
-    // 1.5 ticks: when within the millisecond commands and states are taken.
+    // Tolerance of 1.5 ticks: commands and states are processed at any time within a millisecond.
     EXPECT_NEAR(local.rms, slope * delay, slope * 1.5 * kTick) << delay;
     const double lag = (0.5 * (kWindow - 1) + 1) * kSample + delay;
     EXPECT_NEAR(late.rms, slope * lag, slope * (1.5 * kTick)) << delay;

@@ -22,7 +22,7 @@ TEST(ForceErrorTest, CountsTheTicksInWhichEitherForceIsLargeEnough) {
 }
 
 // A break that is reported three ticks later and fades in two; a truth that lags without one.
-TEST(BreakingErrorTest, TicksFromTheBreakToNoForceStandApart) {
+TEST(BreakingErrorTest, TicksFromTheBreakToNoForceAreCountedSeparately) {
   ForceError contact;
   BreakingError breaking;
   const auto tick = [&](double local, double truth, bool punctured) {
@@ -46,7 +46,7 @@ TEST(BreakingErrorTest, TicksFromTheBreakToNoForceStandApart) {
   EXPECT_EQ(contact.Above(0.01).ticks, 5U) << "no puncture was reported to its end";
 }
 
-TEST(TruthTrackTest, IsLinearBetweenItsSamplesAndSilentElsewhere) {
+TEST(TruthTrackTest, IsLinearBetweenItsSamplesAndUnknownElsewhere) {
   const Time start{std::chrono::hours(1)};
   TruthTrack track;
   EXPECT_FALSE(track.At(start));

@@ -261,7 +261,7 @@ TEST_F(HapticLoopTest, TheEndOfTheStreamFadesAtOnce) {
 
 // 60 ms (with an arm, 40 ms) have passed in the slave by then; with the link's delay the total is
 // at most 100 ms.
-TEST_F(HapticLoopTest, OfASilentSensorOrArmNoForceIsLeftAfterThirtyMilliseconds) {
+TEST_F(HapticLoopTest, ASilentSensorOrArmLeavesNoForceAfterThirtyMilliseconds) {
   const auto is_stale = [](SlaveState* state) { state->validity = Validity::kStale; };
   const auto is_faulty = [](SlaveState* state) {
     state->phase = Phase::kHold;
@@ -443,7 +443,7 @@ TEST(HapticLoopReturnTest, AnEngagementGoesOnAfterACutOfTheLine) {
   EXPECT_EQ(rig.state(), OperatorState::kFollowing);
 }
 
-// Until the slave confirms it.
+// The request is repeated until the slave confirms it.
 TEST_F(HapticLoopTest, TheOperatorsEmergencyStopIsReportedAndLetsTheHandGo) {
   rig_.loop.stops().Request();
   rig_.Tick(puppet_);

@@ -73,7 +73,7 @@ TEST(InterpolationReferenceTest, SineErrorIsThatOfTheHapticClock) {
   EXPECT_NEAR(ErrorOf(false, sine, 0.2, 3.2).rms / linear, 1, 1e-3);
 }
 
-// Both through the renderer itself, from states.
+// Renders the case from states by the renderer of the product, in both modes.
 TEST(InterpolationReferenceTest, HandCaseIsExactInBothModes) {
   PALPATE_CASE_OR_SKIP(hand, kFile, "interpolation_hand_case");
   const auto samples = hand["params"]["samples"].get<std::vector<double>>();

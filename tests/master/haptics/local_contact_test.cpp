@@ -70,7 +70,7 @@ const Eigen::Vector3d kAlong = Eigen::Vector3d(4, -3, 0) / 5,
 // The slave's contact point is 2 mm behind a device that slid along the surface before it pressed.
 // Reference: the force of a contact that began directly under the device: K d, where d is the
 // displacement since then; it is zero at the surface.
-TEST_F(LocalContactTest, BeforeTheSlaveTellsOfContactItIsWhereTheHandCameThrough) {
+TEST_F(LocalContactTest, TheContactBeginsWhereTheDevicePassesTheSurface) {
   contact.Take(BondedWall({0, 0, 0}, false, 1), 0);
   const Eigen::Vector3d crossing = 0.002 * kAlong;
   EXPECT_EQ(contact.ForceAt(crossing - 1e-6 * kInto, kLater).norm(), 0);

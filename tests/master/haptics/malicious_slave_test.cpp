@@ -41,7 +41,7 @@ Falsification Alternating(double K) {
     s->local_model.revision = static_cast<std::uint32_t>(n + 2);
   };
 }
-// A new model each time: `change` of it.
+// Sends a new local model with each state, changed by `change`.
 Falsification Restless(std::function<void(LocalModel*, int n)> change) {
   return [change = std::move(change)](SlaveState* s, int n) {
     s->local_model.stiffness = 600 * Eigen::Matrix3d::Identity();

@@ -118,7 +118,7 @@ class TareTest : public testing::Test {
   Puppet puppet_;
 };
 
-TEST_F(TareTest, TakesTheDriftFromTheHandAndSaysSo) {
+TEST_F(TareTest, RemovesTheDriftFromTheForceAndReportsIt) {
   EXPECT_EQ(RequestTare(), TareState::kDone);
   EXPECT_NEAR((rig_.loop.record().tare - drift_).norm(), 0, 1e-12);
   Press();
@@ -128,7 +128,7 @@ TEST_F(TareTest, TakesTheDriftFromTheHandAndSaysSo) {
 }
 
 // Zeroing is refused in each state in which it could hide a contact.
-TEST_F(TareTest, RefusesWhatIsNoForceWithoutContact) {
+TEST_F(TareTest, RefusesForcesThatMayBeContacts) {
   drift_ = {0, 0.4, 0};  // of 3.3 N
   EXPECT_EQ(RequestTare(), TareState::kTooLarge);
   drift_ = {0, 0.05, 0};

@@ -49,7 +49,7 @@ TEST(OutputBlendTest, ChangesNoFasterThanItsSlewBothWays) {
   EXPECT_FALSE(blend.is_slewed());
 }
 
-TEST(OutputBlendTest, AChangeOfMindBeginsWhereTheHandIs) {
+TEST(OutputBlendTest, ANewTransitionBeginsAtThePresentForce) {
   OutputBlend blend;
   blend.Go(Target::kRendered, 0.050);
   for (int i = 0; i < 25; ++i) Step(&blend, kForce, 0.001);

@@ -82,7 +82,7 @@ TEST_F(RecorderTest, WaitsForTheTrueForceOfEachTick) {
 
 // An operator who opens the clutch inside the object gets no force while the tool still presses.
 // This is counted separately, since it is no error of the rendered force.
-TEST(TickSummaryTest, TellsHowMuchOfTheErrorIsOfAHandThatWasReleased) {
+TEST(TickSummaryTest, SeparatesTheErrorOfReleasedHands) {
   TickSummary summary;
   const Eigen::Vector3d truth(0, 1, 0);
   summary.AddTruth(truth);

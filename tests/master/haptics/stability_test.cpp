@@ -34,7 +34,7 @@ Press RunPress(const VirtualSlave::Options& options) {
 // Reference: passivity_virtual_wall of reference f. A force held for T = 1/60 s needs
 // b > K (T/2 + delay): 1 N s/m, which the control counts on, carries K = 60 N/m with the 5 ms that
 // sampling and sending add here; 1000 N/m needs 13 N s/m and must be damped.
-TEST(HoldStabilityTest, HeldForcesAreLeftAloneWithinTheTableAndDampedBeyond) {
+TEST(HoldStabilityTest, HeldForcesAreUndampedWithinTheTableAndDampedBeyond) {
   VirtualSlave::Options options;
   options.K = 60;
   const Press soft = RunPress(options);
@@ -48,7 +48,7 @@ TEST(HoldStabilityTest, HeldForcesAreLeftAloneWithinTheTableAndDampedBeyond) {
 
 // A light arm with nearly no damping: held forces at 60 Hz make it oscillate, the local model does
 // not.
-TEST(HoldStabilityTest, ALightHandIsCalmWithTheLocalModelAndNotWithHeldForces) {
+TEST(HoldStabilityTest, ALightArmIsStableWithTheLocalModelButNotWithHeldForces) {
   const auto restlessness = [](RenderMode mode) {
     VirtualSlave::Options options;
     options.K = 1000;

@@ -31,7 +31,7 @@ INSTANTIATE_TEST_SUITE_P(
             "bob leads; Connection refused [2J"},
         Row{grpc::StatusCode::INTERNAL, "", ""}));
 
-TEST(StatusWordsLengthTest, StrangersSayNoMoreThanFits) {
+TEST(StatusWordsLengthTest, TextsOfOthersAreShortenedToFit) {
   EXPECT_EQ(WordsOf({grpc::StatusCode::UNAVAILABLE, std::string(5000, 'a')}).size(), 300U);
 }
 

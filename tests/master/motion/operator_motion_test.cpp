@@ -84,7 +84,7 @@ TEST(OperatorMotionPropertyTest, EngagingNeverMovesTheTool) {
         ASSERT_LT((transform.ToSlave(command.p_M) - tip).norm(), 1e-12) << round;
         ASSERT_LT(motion.ForceAtDevice({0, 0, 0}).norm(), 1e-9) << "and no spring pulls";
       }
-      // Then it follows somewhere.
+      // Then the tool follows random device positions.
       for (int i = 0; i < 20; ++i) {
         tip = transform.ToSlave(motion.Command(At(Somewhere(&random)), transform, now).p_M);
       }

@@ -119,7 +119,7 @@ class SessionRecordingTest : public FolderTest {
   std::vector<std::string> states_;  // as received
 };
 
-TEST_F(SessionRecordingTest, ReplayTellsTheSameTicksInTheSameOrder) {
+TEST_F(SessionRecordingTest, ReplayGivesTheSameTicksInTheSameOrder) {
   Record(500);
   const Replay replay(file_);
   EXPECT_EQ(replay.span().ticks, ticks_.size());
@@ -139,7 +139,7 @@ TEST_F(SessionRecordingTest, ReplayTellsTheSameTicksInTheSameOrder) {
 }
 
 // Data that the slave sends once: its scene and the topology of its mesh.
-TEST_F(SessionRecordingTest, APartByItselfKnowsSceneAndTopology) {
+TEST_F(SessionRecordingTest, EachPartContainsSceneAndTopology) {
   std::mt19937 random(3);
   {
     SessionRecording recording({.file = file_, .part = 0.02});

@@ -37,7 +37,7 @@ StationMoment Pressed() {
   return moment;
 }
 
-TEST(MomentJsonTest, SaysWhatTheTickSays) {
+TEST(MomentJsonTest, ContainsTheValuesOfTheTick) {
   const Json json = Json::parse(StatusJson(Pressed()));
   EXPECT_EQ(json["kind"], "status");
   EXPECT_EQ(json["t"], 12.5);
@@ -165,7 +165,7 @@ TEST(MomentJsonTest, TheFieldComesWithItsPlaceInTheImage) {
   EXPECT_EQ(number(with, 48), 20);
 }
 
-TEST(MomentJsonTest, NumbersThatAreNoneAndWordsThatAreNoTextStayReadable) {
+TEST(MomentJsonTest, InvalidNumbersAndTextsGiveReadableJson) {
   StationMoment moment = Pressed();
   moment.slave_state.set_sigma(std::numeric_limits<float>::quiet_NaN());
   moment.status.link.trouble = "\xff\xfe \"quoted\" \n";

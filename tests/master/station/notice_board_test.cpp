@@ -8,7 +8,7 @@ namespace palpate {
 namespace {
 
 // A topic that is always new does not keep the others from being sent.
-TEST(NoticeBoardTest, GoesRoundTheTopics) {
+TEST(NoticeBoardTest, SendsTheTopicsInTurn) {
   NoticeBoard board;
   NoticeBoard::Seen seen{};
   Topic last = Topic::kShape;

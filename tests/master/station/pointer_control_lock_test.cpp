@@ -11,7 +11,7 @@ Time At(int ms) {
   return Time{std::chrono::hours(1)} + std::chrono::milliseconds(ms);
 }
 
-TEST(PointerControlLockTest, TheFirstThatHoldsLeadsUntilItLetsGo) {
+TEST(PointerControlLockTest, TheFirstEngagedPageHasControlUntilItDisengages) {
   PointerControlLock lead;
   EXPECT_TRUE(lead.Hears(kFirst, true, At(0)));
   EXPECT_FALSE(lead.Hears(kSecond, true, At(10)));
@@ -21,7 +21,7 @@ TEST(PointerControlLockTest, TheFirstThatHoldsLeadsUntilItLetsGo) {
   EXPECT_TRUE(lead.Hears(kSecond, true, At(40)));
 }
 
-TEST(PointerControlLockTest, APageThatHeldWhileAnotherLedMustReleaseFirst) {
+TEST(PointerControlLockTest, APageThatEngagedDuringAnothersControlMustReleaseFirst) {
   PointerControlLock lead;
   EXPECT_TRUE(lead.Hears(kFirst, true, At(0)));
   EXPECT_FALSE(lead.Hears(kSecond, true, At(10)));

@@ -26,7 +26,7 @@ SessionStatus Following() {
   return status;
 }
 
-TEST(StatusLineTest, TellsStateRateRoundTripAgeAndForceWithABar) {
+TEST(StatusLineTest, ShowsStateRateRoundTripAgeAndForceWithABar) {
   EXPECT_EQ(FormatStatus(Following()),
             "  12.3 s  FOLLOWING     1000 Hz  RTT  0.21 ms  age   3 ms   1.65 N "
             "[##########..........]");

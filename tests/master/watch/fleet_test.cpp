@@ -122,7 +122,7 @@ TEST(Fleet, ShowsAlarmsWithoutControlCharacters) {
   EXPECT_THAT(Only(&fleet, At(1.1)).alarms, IsEmpty());
 }
 
-TEST(Fleet, TellsTwoSlavesOfOneNameButNotARestart) {
+TEST(Fleet, DistinguishesTwoSlavesOfOneNameFromARestart) {
   Fleet fleet;
   const auto publish = [&](double started) {
     fleet.Take("palpate.block.status", StatusOf(At(started)), At(0));

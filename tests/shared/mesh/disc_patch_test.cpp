@@ -152,7 +152,7 @@ TEST(PatchAtTest, IncludesItsEdgeAtEverySize) {
 
 // Reference: the disc's area and circumference, less the segment that a side of the box cuts off;
 // all of the side where the disc is wider. 1e-8: the radius has a slack of 1e-9.
-TEST(PatchAtTest, TellsHowMuchOfTheDiscLiesOnTheSurface) {
+TEST(PatchAtTest, ReturnsThePartOfTheDiscOnTheSurface) {
   const SurfaceMesh box = SurfaceOf(MeshBox({2, 2, 1}, {5, 4, 2}));
   const auto disc = [&](const Vector3d& p, double radius) {
     return PatchAt(box, *FindPlace(box, p), p, 2 * radius).disc;

@@ -100,7 +100,7 @@ TEST_F(McapTest, WhatFollowsItsEndIsReportedWithItsPlace) {
 
 // After truncation at any byte, all data flushed before it can be read, and no data that was not
 // written.
-TEST_F(McapTest, CutAtAnyByteItKeepsWhatWasFlushedBefore) {
+TEST_F(McapTest, AFileCutAtAnyByteKeepsTheDataFlushedBefore) {
   const auto written = WriteSmall(file_);
   const std::string bytes = ReadWholeFile(file_, 1 << 20, "a test's file");
   std::size_t kept = 0;
@@ -143,7 +143,7 @@ TEST_F(McapTest, LengthsBeyondTheFileTakeNoMemory) {
   EXPECT_FALSE(reader.is_whole());
 }
 
-TEST_F(McapTest, AChunkThatSaysItUnpacksToMoreThanWeTakeIsRefused) {
+TEST_F(McapTest, AChunkThatUnpacksToMoreThanTheLimitIsRefused) {
   std::string content, bytes(kMcapMagic);
   McapPacker(&content).Add(std::uint64_t{0}).Add(std::uint64_t{0}).Add(std::uint64_t{1} << 40);
   McapPacker(&content).Add(std::uint32_t{0}).Add(kZstd).AddBytes("x");
@@ -166,7 +166,7 @@ TEST_F(McapTest, ChunksThatEndBeforeATimeArePassedOver) {
   EXPECT_EQ(rest.back(), written.back());
 }
 
-TEST_F(McapTest, ALimitEndsItWholeAndSaysSo) {
+TEST_F(McapTest, AReachedLimitEndsTheFileCompletelyAndIsReported) {
   constexpr std::uint64_t kLimit = 200'000;
   std::mt19937 random(1);
   McapWriter writer(file_, {.library = "test", .limit = kLimit, .chunk_bytes = 8192});
@@ -186,7 +186,7 @@ TEST_F(McapTest, ALimitEndsItWholeAndSaysSo) {
   EXPECT_TRUE(reader.is_whole());
 }
 
-TEST_F(McapTest, WhereTheDiskIsFullItEndsReadableAndSaysSo) {
+TEST_F(McapTest, OnAFullDiskTheFileStaysReadableAndTheErrorIsReported) {
   EXPECT_THROW(McapWriter("/dev/full", {}), std::runtime_error);
   std::signal(SIGXFSZ, SIG_IGN);
   rlimit before{};

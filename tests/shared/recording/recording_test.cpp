@@ -181,7 +181,7 @@ TEST_F(RecordingTest, AMessageOfAnotherTypeIsRefusedByName) {
 
 class PartsTest : public FolderTest {
  protected:
-  // Numbered from 1 until `parts` were begun; how many.
+  // Puts messages with numbers from 1 until part `parts` has begun. Returns their count.
   static std::uint64_t PutUntil(Recording* recording, std::uint16_t channel, int parts) {
     std::uint64_t count = 0;
     while (recording->part() < parts) {

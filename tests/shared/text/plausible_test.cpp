@@ -22,7 +22,7 @@ TEST(PlausibleTest, CommonValuesDrawNoRemark) {
   EXPECT_EQ(ImplausibleRemark("force", 40, Plausible::kFingertipForce), std::nullopt);
 }
 
-TEST(PlausibleTest, ARemarkHasKeyValueAndWhatItIsInTheLikelyUnit) {
+TEST(PlausibleTest, ARemarkHasKeyValueAndTheValueInTheLikelyUnit) {
   EXPECT_THAT(ImplausibleRemark("object.material.density", 1.07, Plausible::kDensity),
               Optional(AllOf(HasSubstr("object.material.density = 1.07 kg/m3"),
                              HasSubstr("in g/cm3 it would be 1070 kg/m3"))));

@@ -65,7 +65,7 @@ v1::SurfacePatch Message() {
 
 // Reference: proto/README.md: at most 64 kB once and 256 bytes per update. Numbers are sent as
 // float.
-TEST(PatchMessageTest, TheLargestFitsAndComesBackAsItWent) {
+TEST(PatchMessageTest, TheLargestMessageFitsAndIsReadUnchanged) {
   const v1::SurfacePatch message = Message();
   EXPECT_LE(message.ByteSizeLong(), kMaxPatchBytes);
   std::string reason;

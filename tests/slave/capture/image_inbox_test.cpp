@@ -94,7 +94,7 @@ TEST_F(ImageInboxTest, ImagesComeOutAsTheyWerePushedOnOurClock) {
 }
 
 // Without a known delay the fastest image is assumed to have none.
-TEST_F(ImageInboxTest, TheDelayThatTheDriverKnowsIsTakenOff) {
+TEST_F(ImageInboxTest, TheDelayReportedByTheDriverIsSubtracted) {
   ImageInbox inbox(Mono());
   PushedSample sample = Sample(Push(Encoding::kGrey8, grey_, kWidth, kHeight));
   sample.delay = 0.02;

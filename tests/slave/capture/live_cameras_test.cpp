@@ -134,7 +134,7 @@ TEST(LiveCamerasTest, ACameraWhoseOpeningNeverEndsIsReported) {
   held->set_value();
 }
 
-TEST(LiveCamerasTest, OneThatIsUnpluggedComesBackByItself) {
+TEST(LiveCamerasTest, AnUnpluggedCameraReturnsByItself) {
   FakeCamera camera;
   const auto source = FramesOf({camera.Input("camera 0")}, {});
   const Ending ending({&camera});
@@ -179,7 +179,7 @@ TEST(LiveCamerasTest, ImagesOfAnotherSizeAreDroppedAndReported) {
   EXPECT_EQ(source->health()->trouble, "");
 }
 
-TEST(LiveCamerasTest, TwoThatComeTogetherAreAPair) {
+TEST(LiveCamerasTest, ImagesOfTheSameTimeAreAPair) {
   FakeCamera left, right;
   const auto source =
       PairsOf({left.Input("camera 0"), right.Input("camera 2")}, PairLayout::kTwoCameras, 1e6);

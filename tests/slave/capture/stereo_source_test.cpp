@@ -111,7 +111,7 @@ TEST_F(StereoFilesTest, SizesThatDifferNameTheFile) {
                                                  HasSubstr("first one's size, 32 x 24 px")));
 }
 
-TEST_F(StereoFilesTest, DepthImagesComeAsTheyAreWithoutARightOne) {
+TEST_F(StereoFilesTest, DepthImagesAreUnchangedAndHaveNoRightImage) {
   for (int k = 0; k < 3; ++k) Write(scratch, cv::format("d%d.png", k), 2500 + k, CV_16UC1);
   const DrivenClock clock;
   const auto source = OpenStereo(DepthScene(scratch, "d*.png"));

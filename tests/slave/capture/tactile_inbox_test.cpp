@@ -347,7 +347,7 @@ TEST(TactileInboxTest, TwoThreadsFeedWhileOneReads) {
 }
 
 // For any order, delay, clock and rate: times increase, counts are finite, and no call blocks.
-TEST(TactileInboxTest, WildStreamsGiveOrderedFiniteFrames) {
+TEST(TactileInboxTest, ArbitraryStreamsGiveOrderedFiniteFrames) {
   std::mt19937 random(3);
   std::uniform_real_distribution<double> uniform(0, 1);
   TactileInbox inbox(SceneTactile({"a", "b", "c"}));

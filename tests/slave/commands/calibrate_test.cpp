@@ -83,7 +83,7 @@ std::vector<std::string> LinesOf(const fs::path& file) {
 
 // Reference: the baseline and focal lengths that the data's README states for its own calibration
 // of the same pairs (0.0832 m, 533.2 and 537.5 px); free choices of model move them by 0.3 %.
-TEST_F(CalibrateTest, ARealPairFitsWithinAThirdOfAPixelAndSaysHowItRepeats) {
+TEST_F(CalibrateTest, ARealPairFitsWithinAThirdOfAPixelAndStatesItsRepeatability) {
   if (!fs::exists(chess_)) GTEST_SKIP() << "../shared is absent";
   Chessboards(chess_ / "left*.jpg", chess_ / "right*.jpg");
   ASSERT_EQ(Run(), 0) << output_;
@@ -128,7 +128,7 @@ TEST_F(CalibrateTest, ExchangedSidesAreReportedAndCorrected) {
   int rows = 0;
   for (std::string row; std::getline(exchanged, row);) {
     if (row.rfind("left0", 0) != 0) continue;
-    EXPECT_THAT(output_, HasSubstr(row + "\n"));  // misses, word for word
+    EXPECT_THAT(output_, HasSubstr(row + "\n"));  // the line with the misses is unchanged
     ++rows;
   }
   EXPECT_EQ(rows, 9);

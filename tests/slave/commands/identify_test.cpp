@@ -72,7 +72,7 @@ TEST(IdentifyReading, IsAForceAndItsWeight) {
 }
 
 // A neo-Hookean rubber of 0.3 MPa: the law, its modulus, and lines of a scene.
-TEST_F(IdentifyCommand, TellsALawItsModulusAndTheScenesLines) {
+TEST_F(IdentifyCommand, PrintsALawItsModulusAndTheScenesLines) {
   std::string text = "stretch,P_MPa\n";
   for (int i = 1; i <= 30; ++i) {
     const double l = 1 + 0.03 * i;

@@ -28,7 +28,7 @@ std::string Refusal(const char* scene, double duration) {
   return Thrown<std::invalid_argument>([&] { RunProcess(options, {}); });
 }
 
-TEST(ProcessTest, OnlyATargetThatGoesOnHasADuration) {
+TEST(ProcessTest, OnlyAMovingTargetHasADuration) {
   for (const char* scene : {"silicone-block.yaml", "rubber-membrane.yaml"}) {
     EXPECT_THAT(Refusal(scene, 5), HasSubstr("--duration: only for a simulated target")) << scene;
   }

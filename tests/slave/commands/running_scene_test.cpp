@@ -56,7 +56,7 @@ TEST_F(RunningSceneTest, AutoIsDecidedOnceAndKept) {
   EXPECT_EQ(DecidedText(Load()).substr(0, 20), DecidedText(first).substr(0, 20));
 }
 
-TEST_F(RunningSceneTest, WhatIsKeptFollowsNoLink) {
+TEST_F(RunningSceneTest, StoredFilesFollowNoLink) {
   Load();
   const fs::path kept = Kept().front(), target = folder_ / "target";
   WriteWholeFile(target, "mine");

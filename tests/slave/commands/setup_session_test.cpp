@@ -286,7 +286,7 @@ TEST_F(SetupSessionTest, WithoutAManipulatorTheForcesAreTheSameAndNoEncoderIsCom
       << "nothing reports where the tip is";
 }
 
-TEST(SceneMistakesTest, AMessageIsTakenApartAtItsKey) {
+TEST(SceneMistakesTest, AMessageIsSplitAtItsKey) {
   const auto is = [](const std::string& message, const char* key, const char* value,
                      const char* text, const char* expected) {
     const SceneMistake mistake = MistakeIn(message);

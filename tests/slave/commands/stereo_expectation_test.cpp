@@ -116,7 +116,7 @@ TEST(StereoExpectationTest, WithoutAMembraneUnderHomeNoForceIsExpected) {
 }
 
 // Two dots determine two unknowns at most: position and force are three.
-TEST(StereoExpectationTest, TooFewDotsTellNoForce) {
+TEST(StereoExpectationTest, TooFewDotsGiveNoForce) {
   const auto expected = ExpectedForce(MembraneScene(), ParallelRig(), {{0, 0}, {0.01, 0}});
   EXPECT_EQ(expected.value().validity, Validity::kFailed);
 }

@@ -43,7 +43,7 @@ TEST(StopOnSignalTest, WhatTakesTooLongToEndIsEnded) {
       testing::ExitedWithCode(kFailed), "stopped before completion");
 }
 
-// A recording's images wait to be packed where processors are busy.
+// On busy processors images of a recording wait for their compression.
 TEST(StopOnSignalTest, ARecordingIsWrittenToItsEnd) {
   EXPECT_EXIT(
       {
@@ -82,7 +82,7 @@ TEST(StopOnSignalTest, ItEndsWithoutDelay) {
 }
 
 // The master uses this signal, so a user may send it here by mistake.
-TEST(StopOnSignalTest, ItsEmergencyIsHeardAlsoBeforeAnybodyListens) {
+TEST(StopOnSignalTest, AnEmergencyBeforeTheActionIsSetIsNotLost) {
   StopOnSignal stop;
   std::atomic<int> heard{0};
   kill(getpid(), SIGUSR1);

@@ -29,7 +29,7 @@ class UnblockedLogTest : public testing::Test {
     close(ends_[0]);
     close(ends_[1]);
   }
-  // All that waits to be read.
+  // Reads all available data.
   std::string Read() {
     std::string all;
     std::array<char, 4096> some{};
@@ -44,7 +44,7 @@ class UnblockedLogTest : public testing::Test {
 };
 
 // Without it the writer blocks for ever, while it may hold locks.
-TEST_F(UnblockedLogTest, WhatNobodyReadsIsLostAndCounted) {
+TEST_F(UnblockedLogTest, UnreadLinesAreLostAndCounted) {
   constexpr int kLines = 20000;
   for (int i = 0; i < kLines; ++i) log_->warn("line {:05d}", i);
   const std::string first = Read();
@@ -65,7 +65,7 @@ TEST_F(UnblockedLogTest, ALineThatIsTooLongIsShortened) {
   EXPECT_THAT(output, EndsWith("...\n"));
 }
 
-// The signal that ends who writes into a broken pipe.
+// Writing into a broken pipe raises SIGPIPE, which would end the program.
 TEST_F(UnblockedLogTest, AClosedReaderDoesNotEndTheProgram) {
   close(ends_[0]);
   log_->warn("to nobody");

@@ -105,7 +105,7 @@ TEST_F(SimulatedBlockTest, PassesAndItsFaultsAreFound) {
     EXPECT_THAT(LikelyWrong(), HasSubstr("sense.camera.pixel"));
     EXPECT_THAT(LikelyWrong(), Not(HasSubstr("young_modulus")));
 
-    // More than that: the slave refuses the images.
+    // If the error is larger, the slave refuses the images.
     options_.overrides = {"sense.camera.pixel=0.3605 mm"};
     EXPECT_EQ(Run(), 1);
     EXPECT_THAT(std::string(Report()["refused"]), HasSubstr("camera.pixel"));
@@ -197,7 +197,7 @@ TEST_F(VerifyFilesTest, ARunKeepsItsTableOfForces) {
 }
 
 // The samples are right: the report must not say that the slave refuses them.
-TEST_F(VerifyFilesTest, AFullDiskIsNoRefusal) {
+TEST_F(VerifyFilesTest, AFullDiskIsNotReportedAsInvalidInput) {
   std::filesystem::create_directories(options_.out);
   std::filesystem::create_symlink("/dev/full", options_.out / "states.csv");
   options_.loads = Write("loads.csv", "t,fx,fy,fz\n0,0,1,0\n");

@@ -116,7 +116,7 @@ TEST_F(BlockContactTest, ATipOnTheBoundaryIsNotYetInContact) {
   EXPECT_FALSE(contact_.in_contact());
 }
 
-TEST_F(BlockContactTest, MayEnterElsewhereInTheMoveThatLeft) {
+TEST_F(BlockContactTest, MayEnterElsewhereInTheSameMotion) {
   // A U-shaped body: the path leaves through the inner wall of the left arm, crosses the gap and
   // enters the right arm.
   BoundaryContact u(

@@ -63,7 +63,7 @@ TEST(ObbTreeTest, FindsTheFirstEntryThatTryingEveryElementFinds) {
 
 // Reference: the smallest distance over all elements, as in FindElement. The result is equal, since
 // the projection is the same.
-TEST(ObbTreeTest, FindsTheNearestPlaceWhereverItLookedBefore) {
+TEST(ObbTreeTest, FindsTheNearestPlaceFromAnyStart) {
   std::mt19937 random(2);
   for (int body = 0; body < 60; ++body) {
     const BoundaryMesh mesh =
@@ -81,7 +81,7 @@ TEST(ObbTreeTest, FindsTheNearestPlaceWhereverItLookedBefore) {
 }
 
 // The side of the nearest place is the side of the body, at corners of every kind.
-TEST(ObbTreeTest, TellsInsideFromOutside) {
+TEST(ObbTreeTest, DistinguishesInsideFromOutside) {
   std::mt19937 random(3);
   for (int body = 0; body < 60; ++body) {
     const Outline outline = RandomOutline(&random);

@@ -147,7 +147,7 @@ TEST(SurfaceContactTest, FindsTheClosestPlaceThatTryingEveryTriangleFinds) {
 
 // Reference: the winding number of the surface about the point. Points closer than 1e-9 to the
 // surface are left out because of rounding.
-TEST(SurfaceContactTest, TellsInsideFromOutsideAlsoAtSpikesAndHollows) {
+TEST(SurfaceContactTest, DistinguishesInsideFromOutsideAlsoAtSpikesAndHollows) {
   std::mt19937 random(2);
   for (const double scale : {1e-9, 1.0, 1e3}) {
     for (const Body& body : Bodies(scale)) {
@@ -182,7 +182,7 @@ TEST(SurfaceContactTest, FindsNothingBeyondTheGateOrWhereThereIsNoPoint) {
 }
 
 // A point over an edge belongs to both triangles; the choice must not depend on their order.
-TEST(SurfaceContactTest, TakesOfTwoTrianglesAtAnEdgeTheOneFacingThePoint) {
+TEST(SurfaceContactTest, AtAnEdgeChoosesTheTriangleThatFacesThePoint) {
   SurfaceMesh surface = Box({2, 2, 2}, {1, 1, 1});
   for (int turn = 0; turn < 2; ++turn) {
     const SurfaceContact contact(surface);

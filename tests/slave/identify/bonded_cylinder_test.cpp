@@ -16,7 +16,7 @@ TEST(BondedCylinder, SlenderOrWithoutPoissonsEffectItIsFree) {
 // A wide disc between plates: 1 + 2 S^2 with S = diameter / (4 height) (Gent and Lindley 1959) for
 // the incompressible, within 5 % from S = 2.5 on; the modulus at no lateral strain for others,
 // which the free edge, of about one height, lowers.
-TEST(BondedCylinder, WideItIsTheKnownDisc) {
+TEST(BondedCylinder, AFlatCylinderIsTheKnownDisc) {
   for (const double slenderness : {10.0, 16.0}) {
     const double S = slenderness / 4;
     EXPECT_NEAR(BondedCylinderFactor(slenderness, 0.5) / (1 + 2 * S * S), 1, 0.05) << slenderness;

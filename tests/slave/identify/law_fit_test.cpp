@@ -1,4 +1,4 @@
-// Laws are found again from their own curves.
+// Fits find a law again from curves that were computed with it.
 #include "slave/identify/law_fit.h"
 
 #include <cmath>
@@ -120,7 +120,7 @@ TEST(ChordModulus, IsYoungsOfAStraightCurve) {
 
 // Stress 1e5 e^2: the chord between 10 and 20 % has the slope 3e4, hence 6 kPa at 20 %, where the
 // line through these rows has 3.83 (mean square 0.02333 of the strain, 3e4 * 0.05 above it).
-TEST(ChordModulus, SaysWhatALinearModelWouldExceed) {
+TEST(ChordModulus, StatesTheExcessOfALinearModel) {
   MaterialTest test{.kind = TestKind::kUniaxial, .components = {{0, 0}}};
   for (int i = 0; i <= 300; ++i) {
     const double strain = 0.001 * i;

@@ -39,7 +39,7 @@ TEST(MaterialTest, TrueStressIsNominalByStretch) {
   EXPECT_NEAR(Predict(kMooney, test)[0], 1.5 * nominal, 1e-9);
 }
 
-TEST(MaterialTest, WhatNoIsotropicLawDoesIsNamed) {
+TEST(MaterialTest, DataThatNoIsotropicLawFitsAreReported) {
   MaterialTest test{.kind = TestKind::kBiaxial, .name = "BT", .components = {{0, 0}, {1, 1}}};
   for (const double l : {1.1, 1.2, 1.3, 1.4}) {
     test.rows.push_back({.abscissa = l, .across = l, .measured = {1000 * l, 1000 * l}});

@@ -68,7 +68,7 @@ void ExpectNeoHookean(const MaterialTest& test) {
   }
 }
 
-TEST_F(TestTable, SlackAndTheLoadAtRestAreTakenOff) {
+TEST_F(TestTable, SlackAndTheLoadAtRestAreSubtracted) {
   for (const double slack : {0.0, 0.02, 0.1}) {
     for (const double at_rest : {0.0, 500.0, -1500.0}) {
       const MaterialTest test = Read("tension", Stretched(slack, at_rest));
@@ -205,7 +205,7 @@ TEST_F(TestTable, UnitsOfOtherSystemsAreConverted) {
   }
 }
 
-TEST_F(TestTable, TheUnitTellsWhatAColumnIsAndAllBracketsCount) {
+TEST_F(TestTable, TheUnitDeterminesTheQuantityOfAColumnInAnyBrackets) {
   Specimen specimen{.area = 1e-4, .height = 0.01};
   specimen.abscissa = "Standardweg [mm]";
   specimen.ordinate = "Standardkraft [N]";
@@ -280,7 +280,7 @@ std::string Travel(double travel, double load) {
   return text;
 }
 
-TEST_F(TestTable, TheTravelOfAFirstRowWithoutALoadIsTakenOff) {
+TEST_F(TestTable, TheTravelOfAFirstRowWithoutALoadIsSubtracted) {
   const Specimen specimen{.height = 0.03, .diameter = 0.05};
   for (const double travel : {0.2, 0.5, 1.0, 2.05, -0.4}) {
     const MaterialTest test = Read("compression", Travel(travel, 0), specimen);
@@ -293,7 +293,7 @@ TEST_F(TestTable, TheTravelOfAFirstRowWithoutALoadIsTakenOff) {
   const MaterialTest later = Read("compression", Travel(0.2, 196.3495 * 0.2 / 30), specimen);
   EXPECT_NEAR(later.rows.back().measured[0] / (later.rows.back().abscissa - 1), 1e5, 100);
   EXPECT_THAT(later.remarks, testing::IsEmpty());
-  // Half the load: it is unknown which of the two is wrong.
+  // With half of the load it is unknown whether load or travel is wrong.
   EXPECT_THAT(Read("compression", Travel(1, 196.3495 * 0.45 / 30), specimen).remarks,
               Contains(HasSubstr("which the table cannot tell")));
 }

@@ -67,7 +67,7 @@ MaterialTest Gent(double young_modulus, double limit, int rows) {
   }
 }
 
-// In `rows` equal steps to failure, or to twelve times the length.
+// Extends a specimen in `rows` equal steps to failure, or to twelve times its length.
 MaterialTest Failing(const Published& material, int rows) {
   constexpr double kMaxStretch = 12;
   double end = 1;

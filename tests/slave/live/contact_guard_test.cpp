@@ -31,7 +31,7 @@ TEST_F(GuardedPortTest, AForceBeyondTheGuardHoldsUntilTheToolIsDrawnBack) {
   EXPECT_EQ(phase(), Phase::kFollowing);
 }
 
-TEST_F(GuardedPortTest, ADepthBeyondTheGuardRetractsToTheSurfaceWhereTheSceneSaysSo) {
+TEST_F(GuardedPortTest, ADepthBeyondTheGuardRetractsToTheSurfaceIfTheSceneRequestsIt) {
   Use({.max_speed = 0.020, .depth_guard = 2e-3, .guard_retracts = true});
   Press(0.1, Pushing(1, 1.9e-3));
   EXPECT_EQ(phase(), Phase::kFollowing);
@@ -66,7 +66,7 @@ TEST_F(GuardedPortTest, ATremblingHandDrawsTheToolOutOfAGuard) {
 }
 
 // An operator who stays near the guard's position would end an epoch with each tremor.
-TEST_F(GuardedPortTest, AGuardFallsABitBelowWhereItIsReached) {
+TEST_F(GuardedPortTest, AGuardEndsSlightlyBelowTheForceAtWhichItBegan) {
   Use({.max_speed = 0.020, .force_guard = 2});
   const auto feel = [this](double force) {
     Press(0.004, Pushing(force));
@@ -80,7 +80,7 @@ TEST_F(GuardedPortTest, AGuardFallsABitBelowWhereItIsReached) {
   EXPECT_EQ(feel(2.01), Phase::kHold);
 }
 
-// A sample is late, the arm's word is not.
+// Samples are late; the arm's position is not, so force and depth are also computed from it.
 TEST_F(GuardedPortTest, TheForceOfTheLocalModelCountsToo) {
   Use({.max_speed = 0.020, .force_guard = 2, .depth_guard = 2e-3});
   ContactState contact = Pushing(0.5);
@@ -198,7 +198,8 @@ TEST_F(RetreatTest, AFaultDelaysItAndDoesNotBlockOperators) {
   EXPECT_NEAR(Out(), 3e-3, 1e-9) << "whoever engages anew leads it";
 }
 
-// Its origin is different: a position outside for the last driver is 30 mm deeper for this one.
+// The new driver's origin is different: a position outside of the object for the last driver is 30
+// mm deeper for this one.
 TEST_F(RetreatTest, AnotherDriverIsNotLedByThePlacesOfTheLast) {
   arm_.moves = false;
   Watch(0.01, heavy_);
@@ -239,7 +240,7 @@ TEST_F(RetreatTest, ItBeginsWhenALateSampleShowsTheContact) {
   EXPECT_GT(Out(), 1.9e-3);
 }
 
-// It is not the tool that moved then.
+// The tool has been at rest, so the object has moved.
 TEST_F(RetreatTest, AToolAtRestForLongIsLeftWhereItIs) {
   LetGo();
   Watch(0.5, light_);

@@ -54,7 +54,7 @@ class EncoderComparisonTest : public testing::Test {
   static constexpr std::size_t kUndecided = 20;
 };
 
-// Taken for the camera's, the object's motion would move the tip by as much, up to 2 mm.
+// If the motion of the object were attributed to the camera, the tip would move by up to 2 mm.
 TEST_F(EncoderComparisonTest, AToolAtRestBesideAnObjectThatMovesStaysValidWhereItIs) {
   const Scene scene = Block({"site.motion={amplitude: [0 mm, 2 mm], period: 4 s}"});
   const auto slave = MakeLiveSlave(scene);
@@ -67,8 +67,8 @@ TEST_F(EncoderComparisonTest, AToolAtRestBesideAnObjectThatMovesStaysValidWhereI
   EXPECT_GT(ShareAt(seen, p_S_tip), 0.95);
 }
 
-// Relative to the object the tool has not moved. Taken for the object's, the motion of 8 px would
-// move the tip by 2.8 mm.
+// The tool has not moved relative to the object. If the camera's motion of 8 px were attributed to
+// the object, the tip would move by 2.8 mm.
 TEST_F(EncoderComparisonTest, ACameraThatIsBumpedALittleMovesNeitherToolNorObject) {
   const Scene scene = Block({});
   const auto slave = MakeLiveSlave(scene);

@@ -99,7 +99,7 @@ TEST(LatestEstimateTest, NoKindOfAlarmCrowdsOutAnother) {
               ElementsAre("presses are 20 mm deep (raised 20 times)", "the stop is not saved"));
 }
 
-// It is rarely checked, because no client reads.
+// Without a client samples are rare, which is no silence of the sensor.
 TEST(LatestEstimateTest, ARestIsNoSilence) {
   const SlaveStatus status = StatusAfter(10, 20);
   EXPECT_EQ(status.validity, Validity::kValid);

@@ -57,7 +57,7 @@ std::vector<Sighting> Watch(Slave* slave) {
 // Reference: the switching times of the lamp. A timestamp of another image (such as the previous
 // one) would be wrong for one image in three. A busy machine that stops a thread between timestamp
 // and exposure may cause a few errors.
-TEST(LightTest, ATraceSaysWhenTheLightWasThatItsImageShows) {
+TEST(LightTest, ATraceHasTheExposureTimeOfItsImage) {
   const Scene scene = LoadScene(SourcePath("/deploy/scenes/silicone-block.yaml"),
                                 {"model.elements=60", "site.lamp=50 ms", "site.flicker=0"});
   const auto slave = MakeLiveSlave(scene);

@@ -329,7 +329,7 @@ TEST_F(OperatorPortTest, TargetsAreGivenInTheFrameOfTheImages) {
 }
 
 // `tests/fuzz` searches for further sequences.
-TEST(ArmSequence, NoOrderOfEventsLeadsTheArmAstray) {
+TEST(ArmSequence, NoOrderOfEventsMovesTheArmWrongly) {
   for (unsigned seed = 1; seed <= 400; ++seed) {
     const auto bytes = RandomBytes(seed, 400);
     EXPECT_NO_THROW(RunArm(Choices(bytes))) << "seed " << seed;

@@ -1,5 +1,5 @@
-// An arm that a driver moves: which targets it gets and which of its reports are accepted. Time is
-// the test's own.
+// An arm that a driver moves: which targets it gets and which of its reports are accepted. The test
+// sets the time.
 #include "slave/manipulator/streamed_manipulator.h"
 
 #include <cmath>
@@ -39,7 +39,7 @@ class StreamedManipulatorTest : public testing::Test {
     return arm_.Take(kDriver, "a driver", Reading(p_S_tip), test_time);
   }
   void Pass(double seconds) { test_time += Seconds(seconds); }
-  // A perfect arm for `seconds`; where it was sent last.
+  // Simulates a perfect arm for `seconds`. Returns its last target.
   Vector3d Drive(double seconds) {
     for (double t = 0; t < seconds; t += kPeriod) {
       Pass(kPeriod);
@@ -159,7 +159,7 @@ TEST_F(TurningArmTest, HoldingHoldsTheMeasuredRotation) {
 }
 
 // A slave that slept must not make up for it in one step.
-TEST_F(StreamedManipulatorTest, AStallOfTheSlaveIsNoLeapOfTheArm) {
+TEST_F(StreamedManipulatorTest, AStallOfTheSlaveCausesNoJumpOfTheArm) {
   Drive(0.1);
   ASSERT_TRUE(arm_.Command({0.1, 0, 0}));
   const Vector3d before = Drive(0.01);
@@ -198,7 +198,7 @@ TEST_F(StreamedManipulatorTest, AnEmergencyStopIsReportedToTheDriverAndOutlivesA
 }
 
 // The commanded position is ahead of the arm: the arm is held at its own position.
-TEST_F(StreamedManipulatorTest, HoldingIsWhereItWasMeasuredAndDoesNotCreep) {
+TEST_F(StreamedManipulatorTest, AHeldArmStaysAtItsMeasuredPosition) {
   Drive(0.1);
   ASSERT_TRUE(arm_.Command({0.05, 0, 0}));
   Drive(0.2);

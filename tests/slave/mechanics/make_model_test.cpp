@@ -79,7 +79,7 @@ TEST(MakeModel, AutoBendsAMembraneOnlyWhereThatIsEnough) {
   EXPECT_EQ(ChooseModel(PressedMembraneScene(5e-3, 0.05)).kind, "plate-large");
 }
 
-TEST(MakeModel, AutoSaysHowDeepAMembraneIsPressed) {
+TEST(MakeModel, AutoStatesTheDepthOfAPressOnAMembrane) {
   EXPECT_THAT(
       ChooseModel(PressedMembraneScene(0.2e-3, 0.05)).reason,
       testing::HasSubstr(

@@ -37,7 +37,7 @@ class Listener final : public Progress {
 
 constexpr Bem2dModel::Params kParams{.young_modulus = 1e5, .thickness = 1};
 
-TEST(Precompute, TellsWhatToExpectAndHowFarItIs) {
+TEST(Precompute, ReportsExpectedCostAndProgress) {
   Listener listener;
   const Bem2dModel model(bodies::Block(60), kParams, &listener);
   const std::vector<std::string> expected{"boundary integrals", "factorising", "solving"};

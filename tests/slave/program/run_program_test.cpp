@@ -19,7 +19,7 @@ using namespace std::chrono_literals;
 
 using RunProgramTest = FolderTest;
 
-TEST_F(RunProgramTest, TellsStatusAndOutput) {
+TEST_F(RunProgramTest, ReturnsStatusAndOutput) {
   const ProgramEnd end = RunProgram(
       "/bin/sh", {"-c", "pwd; echo \"a 'b' $LC_ALL\" >&2; cat; exit 3"}, folder_ / "", 10s, {});
   EXPECT_EQ(end.status, 3);
@@ -33,7 +33,7 @@ TEST_F(RunProgramTest, PassesArgumentsAsTheyAre) {
             "$HOME; `id` a  b\n");
 }
 
-TEST_F(RunProgramTest, TellsTheSignalThatEndedIt) {
+TEST_F(RunProgramTest, ReportsTheSignalThatEndedIt) {
   EXPECT_EQ(RunProgram("/bin/sh", {"-c", "kill -ABRT $$"}, folder_ / "", 10s, {}).status,
             128 + SIGABRT);
 }

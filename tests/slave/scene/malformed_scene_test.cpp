@@ -161,7 +161,7 @@ const BadFile kBadFiles[] = {
     {"Word", "hello", "not a scene: expected a map"},
     {"BrokenYaml", "name: a\nobject: {geometry: [\n", "not YAML"},
     {"TwoDocuments", "name: a\n---\nname: b\n", ":2: a second document"},
-    // The library makes documents of it without end.
+    // yaml-cpp would return an endless sequence of documents for this text.
     {"CommaAlone", "name: a\n ,b: c\n", "not YAML"},
     {"NotUtf8", "name: M\xFCller\n", ":1: byte 0xFC is not UTF-8: expected a scene in UTF-8"},
     {"Tab", "name: a\nobject:\n\tgeometry: 1\n", "line 3 begins with a tab: expected blanks"},
@@ -279,14 +279,14 @@ TEST_F(MalformedSceneTest, NoSingleChangedByteCrashes) {
 using HostileSceneTest = FolderTest;
 
 // 1000 aliases of 10 kB are 10 MB, from a file of 16 kB.
-TEST_F(HostileSceneTest, AliasesSpellOutNoMoreTextThanIsStated) {
+TEST_F(HostileSceneTest, ExpandedAliasesAreLimitedInSize) {
   std::string text = "name: &a " + std::string(10'000, 'x') + "\nobject: [*a";
   for (int i = 1; i < 1000; ++i) text += ", *a";
   EXPECT_THAT(MistakesOf(Write("scene.yaml", text + "]\n")),
               HasSubstr("too large: expected at most 32 levels, 100000 values and 4 MiB"));
 }
 
-// Most of a minute where every key is compared with every other.
+// This would take most of a minute if every key were compared with every other.
 TEST_F(HostileSceneTest, OfManyMistakesTheFirstAreListedAndTheOthersCounted) {
   constexpr int kKeys = 90'000;
   std::string text = SmallScene();

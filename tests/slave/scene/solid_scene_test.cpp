@@ -148,7 +148,7 @@ TEST(SolidSceneTest, ADomeThatIsNoneIsRefused) {
   }
 }
 
-TEST(SolidSceneTest, AMeshFilesUnitMayStandAlone) {
+TEST(SolidSceneTest, AUnitOfAMeshFileNeedsNoNumber) {
   const Scratch folder;
   folder.Write("cube.stl", "solid cube\nendsolid cube\n");
   for (const auto& [unit, metres] :

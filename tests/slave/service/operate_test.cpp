@@ -66,7 +66,7 @@ TEST_F(OperateTest, AnEmergencyStopIsReportedToTheOperatorAndItsReasonShortened)
   EXPECT_TRUE(ada.ReadUntil([](const auto& s) { return HasEvent(s, v1::EVENT_ESTOP); }));
 }
 
-TEST_F(OperateTest, TheOperatorStopsByACommandWhateverElseItSays) {
+TEST_F(OperateTest, AStopInACommandActsWhateverTheRestContains) {
   ada.Hold(0, "Ada");
   ASSERT_TRUE(ada.ReadUntil([](const auto& s) { return s.phase() == v1::PHASE_FOLLOWING; }));
   v1::OperatorCommand broken;  // without sequence and position

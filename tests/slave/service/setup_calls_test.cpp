@@ -129,7 +129,7 @@ TEST_F(SetupCallsTest, AnOperatorWhoComesWhileASceneIsBuiltKeepsTheOldOne) {
   EXPECT_EQ(setup_.used, 0);
 }
 
-// The slave ends after it, and starts again.
+// After a scene is used, the slave ends and starts again.
 TEST_F(SetupCallsTest, NobodyOperatesOnceASceneIsTakenIntoUse) {
   v1::ProposeSceneReply reply;
   EXPECT_TRUE(Use().ok());

@@ -282,7 +282,7 @@ TEST_F(SixAxisArmTest, TheToolFollowsTheDevicesRotationWithinTheArmsResolution) 
   };
   std::uint32_t epoch = 1;
   Quaterniond from = R_S0_;
-  // The last angle is negative, past half a turn.
+  // The last rotation passes half a turn, so its angle is negative.
   for (const double angle : {0.3, 1.4, 2.9, -2.8}) {
     const Quaterniond R_M = AngleAxisd(angle, Vector3d(2, 1, -1).normalized()) * R_M0_;
     hand.Hold(epoch, {0, 0, 0}, R_M);

@@ -172,7 +172,7 @@ class Peer final : public grpc::AuthContext {
   const std::string certificate_, name_;
 };
 
-// On a connection that was made before.
+// The connection was opened before the certificate expired.
 TEST_F(TlsTest, EachCallWithACertificateThatExpiredIsRefused) {
   const auto check = RoleCheck();
   const auto answer = [&](const std::string& who) {

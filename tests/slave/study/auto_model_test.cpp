@@ -34,7 +34,8 @@ Scene Auto(double tolerance) {
   return scene;
 }
 
-// 3 / 60 is the coarsest within 6 %; constant elements need 120, which cost more.
+// Linear elements have an error of 3 / count: 60 are the coarsest within 6 %. Constant elements
+// need 120, which cost more.
 TEST(AutoModelTest, TakesTheCheapestKindAndResolutionThatMeetsTolerance) {
   fake::Scenario scenario = Orders();
   const auto decided = DecideQuickly(Auto(0.06), scenario.Make());

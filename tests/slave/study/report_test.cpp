@@ -28,7 +28,7 @@ StudyResult Mixed() {
   return RunStudy(fake::Square(), {.budget_s = 40, .timing_s = 1e-4}, scenario.Make());
 }
 
-// One line into its cells, quotes undone.
+// Splits a line into its cells and removes their quotes.
 std::vector<std::string> Cells(const std::string& line) {
   std::vector<std::string> cells{""};
   bool quoted = false;

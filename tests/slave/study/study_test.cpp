@@ -192,7 +192,7 @@ TEST(StudyTest, FailuresAreRowsWithTheirReason) {
   EXPECT_EQ(RowOf(study, "bem2d quadratic", "120 elements").outcome, Outcome::kAnswered);
 }
 
-TEST(StudyTest, StopEndsItWithWhatThereIs) {
+TEST(StudyTest, AStopKeepsTheResultsSoFar) {
   Scenario scenario;
   std::stop_source stop;
   int seen = 0;

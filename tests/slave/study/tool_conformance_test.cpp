@@ -71,7 +71,7 @@ class ToolConformance : public SolveFiles {
 };
 
 // Reference: the commands must agree. Tolerance: the residual of the iterations.
-TEST_F(ToolConformance, CommandsPressAlike) {
+TEST_F(ToolConformance, AllCommandsGiveTheSamePress) {
   struct Case {
     std::string scene, press;
     double tolerance;

@@ -30,7 +30,8 @@ class BaselineTest : public ::testing::Test {
       rest_.Take(Reading(slope * now_));
     }
   }
-  // Rms of the electrodes' change `samples` after rest was taken last, untouched.
+  // Returns the rms of the electrodes' change, without contact, `samples` after the last rest
+  // sample.
   double ErrorAfter(int samples, double slope) {
     for (int i = 0; i < samples; ++i, ++now_) rest_.Advance();
     const TactileSignals change = rest_.Change(Reading(slope * (now_ - 1)));
@@ -47,7 +48,7 @@ class BaselineTest : public ::testing::Test {
 
 TEST_F(BaselineTest, ALargeDriftIsExtrapolated) {
   Rest(0.1);
-  // Of 8.5 counts of drift from the middle of the rest samples.
+  // The drift since the middle of the rest samples is 8.5 counts.
   EXPECT_LT(ErrorAfter(60, 0.1), 2.5);
   // The variance of a slope through 50 samples is 12 / 50^3 of the noise's 0.89 counts^2;
   // extrapolated by 60 samples.
@@ -68,7 +69,7 @@ TEST_F(BaselineTest, ADriftIsNotExtrapolatedThroughALongContact) {
 // Reference: the spread of the extrapolated baseline over simulations of the same large drift.
 // Tolerance: the code extrapolates from the last sample instead of the middle of the rest samples,
 // whose distance is 4 % larger; and the fit absorbs 4 % of the noise's variance.
-TEST_F(BaselineTest, TheVarianceOfADriftThatGoesOnIsThatOfSimulations) {
+TEST_F(BaselineTest, TheVarianceOfAContinuingDriftAgreesWithSimulations) {
   constexpr int kRuns = 300, kAhead = 1000;
   double sum = 0, squares = 0, stated = 0;
   for (int run = 0; run < kRuns; ++run) {
@@ -88,7 +89,7 @@ TEST_F(BaselineTest, TheVarianceOfADriftThatGoesOnIsThatOfSimulations) {
 }
 
 // Reference: the end of a line through n values of variance v, 4 v / n; without a slope v / n.
-TEST_F(BaselineTest, ThePressureIsKnownAsWellAsItsLine) {
+TEST_F(BaselineTest, TheVarianceOfThePressureIsThatOfItsLine) {
   for (const double slope : {0.0, 0.3}) {
     rest_.Reset();
     double squares = 0;

@@ -182,7 +182,7 @@ TEST_F(FingertipTest, AForceStaysFlaggedUntilTheWindowHasLeftTheFlawedSample) {
 }
 
 // An electrode without change for 100 samples at 100 Hz has no noise, so it does not work.
-TEST_F(FingertipTest, ElectrodesThatStandStillAreFlaggedAtRestAndTouching) {
+TEST_F(FingertipTest, ConstantElectrodesAreFlaggedAtRestAndInContact) {
   for (const bool touches : {false, true}) {
     for (const std::size_t stuck : {std::size_t{0}, std::size_t{7}, kElectrodeCount * 1UL}) {
       fingertip_.Reset();

@@ -33,7 +33,8 @@ std::vector<Eigen::Vector3d> Estimate(const ForceNetwork& network,
 }
 
 // The presses are not in its training set; the simulated fingertip is the present one. The paper's
-// normalised errors of rnn_21 are 0.3018, 0.1854, 0.0569; this holds a third of the strictest.
+// normalised errors of rnn_21 are 0.3018, 0.1854, 0.0569; the limit here is a third of the
+// smallest.
 TEST(ShippedNetworkTest, EstimatesForcesOfTheSimulatedFingertip) {
   const SimulatedPresses presses{.presses = 60, .rest_samples = kRestSamples, .seed = 987654};
   const auto network = LoadForceNetwork(kShipped);

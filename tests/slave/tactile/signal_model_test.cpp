@@ -52,7 +52,7 @@ class SignalModelTest : public ::testing::Test {
   std::normal_distribution<double> noise_{0, 0.9};
 };
 
-TEST_F(SignalModelTest, SignalsThatGoTogetherPassAsTheyAre) {
+TEST_F(SignalModelTest, SignalsThatChangeTogetherAreUnchanged) {
   double mahalanobis2 = 0, pressure2 = 0;
   for (int i = 0; i < 300; ++i) {
     const TactileSignals change = Contact(i / 150, 100);
@@ -109,7 +109,7 @@ TEST_F(SignalModelTest, APressureThatIsNotThatOfTheElectrodesDisagrees) {
 }
 
 // With three times the usual noise, the filtered values have less noise than the readings.
-TEST_F(SignalModelTest, NoiseIsTakenOffAsFarAsItIsMoreThanUsual) {
+TEST_F(SignalModelTest, ExcessNoiseIsSubtracted) {
   noise_ = std::normal_distribution<double>(0, 2.7);
   double read = 0, used = 0;
   for (int i = 0; i < 400; ++i) {
@@ -126,7 +126,7 @@ TEST_F(SignalModelTest, NoiseIsTakenOffAsFarAsItIsMoreThanUsual) {
 }
 
 // Noise is amplified as signals are: a gain of 0.7 shows before anything touches.
-TEST_F(SignalModelTest, NoiseThatIsNotTheUsualOneTellsOfTheGain) {
+TEST_F(SignalModelTest, UnusualNoiseShowsTheGain) {
   for (int i = 0; i < 200; ++i) Update(Contact(0, 0));
   EXPECT_NEAR(model_.noise().relative(), 1, 0.1);
   EXPECT_LT(model_.noise().gain_sigma(), 0.05);

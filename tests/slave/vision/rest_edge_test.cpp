@@ -24,7 +24,7 @@ RestEdge EdgeOf(const TestImage& painting) {
 
 // Reference: the drawn block, moved by a known displacement. Mean and spread over all places: 0.03
 // px and 0.12 px at the default noise and texture.
-TEST(RestEdgeTest, EachPlaceTellsHowFarTheEdgeHasMovedAcross) {
+TEST(RestEdgeTest, EachPlaceMeasuresTheMotionOfTheEdgeAcross) {
   RestEdge edge = EdgeOf(Block());
   ASSERT_GT(edge.places().size(), 150U);
   TestImage moved = Block();

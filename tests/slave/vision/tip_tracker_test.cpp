@@ -72,7 +72,7 @@ TEST(TipTrackerTest, FindsTheTipToThreeHundredthsOfAPixel) {
 }
 
 // Sigma covers the noise of the images and the constant noise of the template.
-TEST(TipTrackerTest, SigmaTellsTheSizeOfTheErrors) {
+TEST(TipTrackerTest, SigmaIsTheSizeOfTheErrors) {
   for (const double noise : {2.0, 6.0}) {
     const Errors errors = ErrorsOver(WithTool({160.3, 120.4}), noise);
     const double worse = std::max(errors.rms_x, errors.rms_y);
@@ -167,7 +167,7 @@ TEST(TipTrackerTest, ACoverOverTheToolDoesNotMoveTheTip) {
 }
 
 // Two tools look the same, so the tip is reported as lost.
-TEST(TipTrackerTest, ASecondPlaceAsGoodMeansLost) {
+TEST(TipTrackerTest, TwoEquallyGoodPlacesMeanLost) {
   TestImage painting = WithTool({160, 120});
   painting.noise = 0;
   Tracked tracked(painting);

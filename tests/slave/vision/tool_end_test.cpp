@@ -39,7 +39,7 @@ TEST_P(ToolEndTest, IsFoundIndependentOfTheReportedTip) {
 }
 INSTANTIATE_TEST_SUITE_P(ByPixelsReported, ToolEndTest, testing::Values(-4.0, -1.0, 0.0, 0.5, 2.0));
 
-TEST(ToolEnd, OfAWidthReportedWrongByAFifthIsSeen) {
+TEST(ToolEnd, AWidthWrongByAFifthIsDetected) {
   const Vector2d end(60.3, 90.4);
   const cv::Mat image = BarEndingAt(end, 17);
   const auto seen = DetectToolEnd(image, GreyFormat(image), end, {0, 1}, {0.8 * 17, 0});
@@ -72,7 +72,7 @@ cv::Mat RoundBarEndingAt(const Vector2d& apex, double radius) {
   return image;
 }
 
-TEST(ToolEnd, OfARoundToolIsItsApex) {
+TEST(ToolEnd, ApexIsTheEndOfARoundTool) {
   const Vector2d apex(60.3, 120.4);
   for (const double radius : {10.0, 20.0, 40.0}) {
     const cv::Mat image = RoundBarEndingAt(apex, radius);

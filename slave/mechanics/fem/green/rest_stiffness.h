@@ -24,7 +24,7 @@
 namespace palpate {
 
 struct RestStiffness {
-  TetMesh elements;  // its nodes by length_unit
+  TetMesh elements;  // its nodes are divided by length_unit
   // Symmetric, the lower triangle: positive definite without pressure, else indefinite.
   Eigen::SparseMatrix<double> lower;
   // The stiffness with pressure, compressible enough to be factored without pivoting

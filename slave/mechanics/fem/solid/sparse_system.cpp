@@ -162,7 +162,8 @@ struct SymmetricSolver::Iterative {
       }
     }
     fem::NodeGraph graph{{0}, {}};
-    for (const auto& row : columns) {  // rising: the lower half first, then node by node
+    // Each row is in rising order: the lower half was added first, the rest node by node.
+    for (const auto& row : columns) {
       graph.column.insert(graph.column.end(), row.begin(), row.end());
       graph.begin.push_back(static_cast<int>(graph.column.size()));
     }

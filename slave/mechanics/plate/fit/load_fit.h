@@ -23,8 +23,8 @@ struct LoadFit {
   double force = 0;           // along z, of the tool on the plate [N]: negative pushes
   // Covariance of x, y [m] and force [N], from the points' sigmas, linear at the solution.
   Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();
-  // rms of (measured - fitted) / sigma, by points - 3, or - 6 with Rim::kMayMove; about 1 if all is
-  // well.
+  // rms of (measured - fitted) / sigma, with the number of points minus 3 (minus 6 with
+  // Rim::kMayMove) as divisor; about 1 if all is well.
   double residual = 0;
   // Motion of the rim along z, c0 + c1 x + c2 y with x and y in radii [m]. If the rim is assumed
   // fixed: the part of such a motion in the residuals, which is less than the true motion because

@@ -48,7 +48,7 @@ int On(const char* function, int id, Work work) {
   return code > 0 && result >= 0 ? code : result;
 }
 
-// A property, with which no error is distinguished from "no".
+// Returns a property; false also after an error, as in DHD.
 template <class What>
 bool Is(const char* function, int id, What what) {
   const Guard guard(dhd.mutex);

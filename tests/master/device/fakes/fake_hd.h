@@ -84,9 +84,9 @@ struct Hd : Core {
 
   ~Hd() override { StopServo(); }
 
-  // calibration: ok, update or manual, which the inkwell cures while parked is 1. style:
-  // of calibration, 1 encoder reset, 2 automatic, 4 inkwell. heating: seconds until the motors'
-  // temperature has followed (|f| / continuous)^2 to 63 %; at 1 they are warm.
+  // calibration: ok, update or manual; in the state manual, the device calibrates in its inkwell if
+  // `parked` is 1. style: of calibration, 1 encoder reset, 2 automatic, 4 inkwell. heating: seconds
+  // until the motors' temperature has followed (|f| / continuous)^2 to 63 %; at 1 they are warm.
   std::map<std::string, std::string> Defaults() const override {
     return {{"calibration", "ok"},
             {"parked", "0"},

@@ -70,7 +70,7 @@ TEST_F(PageAccessTest, EachStartHasATokenOfItsOwn) {
   EXPECT_NE(one, MakePageAccess(At("page"), "127.0.0.1").token);
 }
 
-TEST(CarriesTokenTest, TheTokenAloneWhereItBelongs) {
+TEST(CarriesTokenTest, OnlyTheTokenInItsPlaceIsAccepted) {
   EXPECT_TRUE(CarriesToken("/ws?token=0123", "0123"));
   EXPECT_TRUE(CarriesToken("/setup/use?token=0123", "0123"));
   for (const char* target : {"/ws", "/ws?token=", "/ws?token=012", "/ws?token=01234",

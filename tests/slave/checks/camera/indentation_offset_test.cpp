@@ -41,7 +41,7 @@ TEST(IndentationOffset, IsTheExcessOfDepthOverIndentation) {
 
 // A steeper indentation within the model's error is not reported as an offset: none of 200 presses
 // at 3.5 sigma, where chance gives one of 2000.
-TEST(IndentationOffset, ASteeperIndentationIsNone) {
+TEST(IndentationOffset, ASteeperIndentationIsNoOffset) {
   std::mt19937 random(7);
   std::normal_distribution<double> model(0, kModel);
   for (std::uint32_t seed = 0; seed < 200; ++seed) {

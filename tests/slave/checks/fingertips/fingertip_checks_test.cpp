@@ -56,7 +56,7 @@ TEST_F(FingertipChecksTest, AFingertipBesideItsEncoderPoseIsFlaggedAtOnceAndForA
 // The fingertip was pressed with 2 N while the baseline was taken. Once the contact is gone, the
 // estimated force pulls and is flagged. A contact that adheres for a moment while it opens is
 // flagged only during that moment.
-TEST_F(FingertipChecksTest, AForceThatPullsTellsThatTheBaselineWasTakenInContact) {
+TEST_F(FingertipChecksTest, APullingForceShowsThatTheBaselineWasMeasuredInContact) {
   Tactile tactile;
   tactile.channels = {4, "kPa"};
   tactile.rest_samples = 10;

@@ -167,7 +167,7 @@ TEST(EpipolarCheckTest, ACameraThatIsBumpedAcrossIsFlagged) {
 }
 
 // Reference: the noise drawn, three and ten times the stated one.
-TEST(EpipolarCheckTest, NoiseThatImagesDoNotTellWidensTheCovariances) {
+TEST(EpipolarCheckTest, NoiseBeyondThatOfTheImagesWidensTheCovariances) {
   for (const double more : {1.0, 9.0, 30.0}) {
     Watched watched;
     watched.Rest();
@@ -194,7 +194,7 @@ TEST(EpipolarCheckTest, PointsErrByNoiseAloneIfTheyScatterByItAtRest) {
 }
 
 // One displaced dot or hidden dots do not indicate a fault of the cameras.
-TEST(EpipolarCheckTest, AStrayPointIsNoMotion) {
+TEST(EpipolarCheckTest, OneDisplacedPointIsNoMotion) {
   Watched watched;
   watched.Rest();
   for (int i = 0; i < 20; ++i) {

@@ -63,7 +63,7 @@ TEST_F(MembraneDistanceTest, DepthsThatAreWrongByAShareAreFlagged) {
   }
 }
 
-TEST_F(MembraneDistanceTest, TheFirstTellsUntilTheRestIsTakenAgain) {
+TEST_F(MembraneDistanceTest, TheFirstImageDecidesUntilTheBaselineIsMeasuredAgain) {
   MembraneDistanceCheck distance(scene_, X_SE_);
   EXPECT_EQ(Checked(&distance, 0.05), FailedCheck::kScale);
   EXPECT_EQ(Examine(&distance, SurfaceObservation()), FailedCheck::kNone);

@@ -31,7 +31,8 @@ solids::Held OnFloor(const SolidMesh& mesh) {
   return FixedWhere(mesh, [](const Vector3d& p) { return p.z() < 1e-9; });
 }
 
-// At a tenth of a triangle's height above the floor its free node moves ten times as far.
+// If a point at a tenth of a triangle's height above the floor is moved, the free node must move
+// ten times as far.
 TEST(FemModel, APointThatLiesMostlyOnASupportIsFlagged) {
   const SolidMesh mesh = Block();
   FemModel model(mesh, OnFloor(mesh), solids::Linear(solids::Foam()));
@@ -195,7 +196,7 @@ void ExpectThatItStopsAndGoesOn(DeformationModel& model, const Contact& contact,
 // Law: a long search reports its progress, stops on request, and may be started again. The factor
 // alone takes longer than the tenth of a second without reports. Tested with iterations, and with a
 // factor, whose own reports may replace those of the search.
-TEST(FemModel, LongSearchesTellHowFarTheyAreAndStop) {
+TEST(FemModel, LongSearchesReportProgressAndStop) {
   const SolidMesh bar = MeshBox({1, 0.1, 0.1}, {64, 9, 9});
   const auto held = FixedWhere(bar, [](const Vector3d& p) { return p.x() < 1e-9; });
   auto params = solids::Foam();
@@ -256,7 +257,7 @@ TEST(FemModel, RefusesInvalidParameters) {
 }
 
 // Law: a node that belongs to no element does not matter; everything may be held.
-TEST(FemModel, DanglingNodesAndFullSupportAreNoMatter) {
+TEST(FemModel, DanglingNodesAndFullSupportAreAccepted) {
   const SolidMesh mesh = Block(2);
   SolidMesh dangling = mesh;
   dangling.nodes.emplace_back(0.03, 0.03, 0.7);

@@ -109,7 +109,7 @@ TEST(FemGreenModel, TheFlagDoesNotDependOnEarlierContacts) {
   }
 }
 
-// At places that no contact was at, with columns and bending there.
+// The contacts are at new places, whose columns and bending are in the cache.
 TEST(FemGreenModel, AFirstContactOnASlenderBodyTakesNoMemory) {
   const Body body = Beam(0.02, 6);
   const Scratch scratch;

@@ -152,7 +152,7 @@ TEST(GreenColumns, AFolderThatCannotBeWrittenCausesNoError) {
   EXPECT_TRUE(SameBits(columns, clean, 3));
 }
 
-TEST(GreenColumns, TellsWhatToExpectAndStopsBeforeTheFactor) {
+TEST(GreenColumns, ReportsExpectedCostAndStopsBeforeTheFactor) {
   struct Stop final : Progress {
     void Expect(const PrecomputeCost& cost) override { expected = cost; }
     bool Report(std::string_view /*stage*/, double /*done*/) override { return false; }

@@ -89,7 +89,7 @@ TEST_F(Block2d, ACylindersContactIsAsWideAndPressesAsHertzHasIt) {
 // the tool, by the model's own displacements, to a hundredth of the depth (constant elements
 // interpolate vertices by straight lines between midpoints). As usual in linear contact, the
 // distance from the tool's axis is that of the undeformed surface.
-TEST_F(Block2d, NothingIsPulledAndNothingPassedThrough) {
+TEST_F(Block2d, NoPlaceIsPulledOrInsideTheTool) {
   for (const auto law : {ContactLaw::kFrictionless, ContactLaw::kBonded}) {
     Bem2dModel* model = Make(law);
     RoundIndenter tool(TouchablePlaces(mesh_), kRadius, law);

@@ -184,7 +184,7 @@ TYPED_TEST(SparseLdltTest, RefusesZeroPivotsAndWhatIsNotFinite) {
   EXPECT_TRUE(factor.Factorize(matrix, true));
 }
 
-// In any order of the rows.
+// The rows need not be in the order of elimination.
 TEST(SpdFactor, SolvesSeveralAtOnceAndRefusesTheIndefinite) {
   const auto grid = Grid(6);
   const Sparse matrix = Matrix(grid, AsNumbered(grid.size()), 0);

@@ -65,7 +65,7 @@ struct Harmonic {
     return a * std::exp(p.x()) *
            Vector3d(std::sin(p.y()) * p.z(), std::cos(p.y()) * p.z(), std::sin(p.y()));
   }
-  // Traction on z = 1, over 2 mu.
+  // Traction on z = 1, divided by 2 mu.
   [[nodiscard]] Vector3d top(const Vector3d& p) const {
     return a * std::exp(p.x()) * Vector3d(std::sin(p.y()), std::cos(p.y()), 0);
   }
@@ -139,7 +139,7 @@ TEST(ConvergenceOrder, IsTwoWithFourNodesAndThreeWithTen) {
 // Reference: the harmonic field does not depend on nu, so neither should the error. A pure
 // displacement formulation locks as nu -> 0.5; ten-node elements with a pressure do not, up to and
 // including 0.5.
-TEST(Incompressibility, DoesNotLockWithAPressureOfItsOwn) {
+TEST(Incompressibility, DoesNotLockWithAnUnknownPressure) {
   const double first = HarmonicError(Element::kTet10, 0.3, 4);
   for (const double nu : {0.49, 0.499, 0.4999, 0.5}) {
     EXPECT_LT(HarmonicError(Element::kTet10, nu, 4), 3 * first) << nu;

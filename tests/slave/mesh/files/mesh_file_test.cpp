@@ -127,7 +127,7 @@ TEST_F(MeshFileTest, MergesCornersThatDifferByRoundingOnly) {
 }
 
 // Reference: the same triangles in the usual spelling.
-TEST_F(MeshFileTest, TellsAnStlByItsContent) {
+TEST_F(MeshFileTest, RecognisesAnStlByItsContent) {
   const std::string text = samples::StlText(samples::Tetrahedron());
   std::string capitals = text;
   for (char& c : capitals) c = static_cast<char>(std::toupper(c));

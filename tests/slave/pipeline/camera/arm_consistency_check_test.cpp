@@ -18,7 +18,7 @@ Vector3d SeenAt(int image, int late) {
   return Vector3d(2e-3, 1e-3, 0) + TipAt(image - late);
 }
 
-TEST(ArmConsistencyCheckTest, CamerasAndArmThatGoTogetherDoNotPartWhereverTheyLookFrom) {
+TEST(ArmConsistencyCheckTest, ConsistentCamerasAndArmDoNotPartForAnyCameraPosition) {
   ArmConsistencyCheck watch;
   for (int i = 0; i < 40; ++i) {
     EXPECT_TRUE(watch.Agree(SeenAt(i, 0), {TipAt(i), 0.45}, kTolerance));
@@ -27,7 +27,7 @@ TEST(ArmConsistencyCheckTest, CamerasAndArmThatGoTogetherDoNotPartWhereverTheyLo
 }
 
 // A difference that is small enough to be accepted still shows as a step while the tip moves.
-TEST(ArmConsistencyCheckTest, ImagesThatAreOneLatePartByAStepThoughBothAgree) {
+TEST(ArmConsistencyCheckTest, ALagOfOneImageShowsAsAStepAlthoughBothAgree) {
   ArmConsistencyCheck watch;
   EXPECT_TRUE(watch.Agree(SeenAt(0, 0), {TipAt(0), 0.45}, kTolerance));
   for (int i = 1; i < 20; ++i) {

@@ -214,7 +214,7 @@ TEST_F(CameraSenseTest, CamerasThatStartAgainClearNoEmergencyStop) {
   EXPECT_EQ(slave_->Compose(Clock::now()).phase, Phase::kReady);
 }
 
-// Wherever it is stopped, the settings in force stay, all of them.
+// At whatever stage the change is stopped, all present settings stay.
 TEST_F(CameraSenseTest, AChangeThatIsStoppedHasChangedNothing) {
   StopAfter never(1000);
   slave_->SetModel({"bem2d"}, &never);

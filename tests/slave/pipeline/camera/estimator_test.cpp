@@ -181,7 +181,7 @@ TEST_F(EstimatorTest, ContactAndReleaseAreEachReportedOnce) {
 
 // A bonded contact that was dragged sideways keeps its shear when the model is replaced under it.
 // Reference: the force is proportional to E. Tolerance: 1 %, for rounding.
-TEST_F(EstimatorTest, ANewModelGoesOnWithTheContactAsItIs) {
+TEST_F(EstimatorTest, ANewModelContinuesThePresentContact) {
   Estimator estimator = Make();
   for (const double y : {0.094, 0.090, 0.087, 0.085}) estimator.Estimate(Draw(0.044, y));
   const Eigen::Vector3d before = estimator.Estimate(Draw(0.046, 0.085)).force.value();
@@ -198,7 +198,7 @@ TEST_F(EstimatorTest, ANewModelGoesOnWithTheContactAsItIs) {
 
 // The tool was dragged sideways before the reset. After the reset the contact begins at its present
 // position.
-TEST_F(EstimatorTest, AResetForgetsWhereTheToolCameIn) {
+TEST_F(EstimatorTest, AResetForgetsTheEntryPointOfTheTool) {
   Estimator estimator = Make();
   for (const double y : {0.094, 0.090, 0.087, 0.085}) estimator.Estimate(Draw(0.044, y));
   const double before = estimator.Estimate(Draw(0.048, 0.085)).force.value().x();

@@ -150,7 +150,7 @@ class MovingObjectTest : public testing::Test {
 
 // Reference: the simulated site, which does not use images. If the motion were attributed to the
 // camera, plane and patch would stay in place: an error of half the peak.
-TEST_F(MovingObjectTest, WhatIsEstimatedAndWhatTravelsGoWithIt) {
+TEST_F(MovingObjectTest, EstimatesAndPatchFollowTheObject) {
   const Vector3d p_S = Lower();
   const double begin = site_.t, peak = site_.truth().force.norm();
   int valid = 0, images = 0;
@@ -183,7 +183,7 @@ TEST_F(MovingObjectTest, WhatIsEstimatedAndWhatTravelsGoWithIt) {
 }
 
 // Also with a moving tool; the tolerance is the arm's delay.
-TEST_F(MovingObjectTest, APressIntoItIsEstimatedAsDeepAsItIs) {
+TEST_F(MovingObjectTest, APressIntoAMovingObjectHasTheRightDepth) {
   const Vector3d home = scene_.manipulator.home;
   const Vector3d p_S_deep = Lower();
   const double peak = site_.truth().force.norm();

@@ -24,7 +24,7 @@ struct Outcome {
   double worst = 0;
 };
 
-// Presses as the scene's script has it, and estimates each image.
+// Runs the scene's scripted press and estimates from each image.
 Outcome Press(const Scene& scene, std::optional<Eigen::Vector3d> p_S_tip) {
   constexpr double kTouches = 0.01;  // of the largest true force
   SimulatedSite site(scene);

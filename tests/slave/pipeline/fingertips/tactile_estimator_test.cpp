@@ -70,7 +70,7 @@ TEST(TactileEstimatorTest, TheMomentOfAContactIsWithin5PercentOfForceTimesWidth)
     ASSERT_TRUE(a.force && a.moment && b.force && b.moment) << hold;
     EXPECT_LT((*a.moment - *b.moment).norm(), 0.05 * force.norm() * kWidth) << hold;
     EXPECT_GT(a.moment_sigma, (*a.moment - *b.moment).norm() / 3) << hold;
-    // About the apex, where the contact is, the distribution alone remains.
+    // About the apex, where the contact is, only an uneven distribution causes a moment.
     const bool is_even = hold == "force";
     EXPECT_EQ(b.moment->norm() > 0.02 * force.norm() * kWidth, !is_even) << b.moment->norm();
   }
@@ -146,7 +146,7 @@ TEST(TactileEstimatorTest, RestValuesTakenInsideTheObjectAreFlaggedUntilTakenAga
 }
 
 // The arm moves 0.5 mm per sample; the samples lag by four.
-TEST(TactileEstimatorTest, AFingertipThatGoesAfterTheArmIsFlagged) {
+TEST(TactileEstimatorTest, AFingertipThatLagsBehindTheArmIsFlagged) {
   const Scene scene = CubeScene(kAbove);
   for (const int late : {0, 4}) {
     TactileEstimator estimator(scene, Fakes());
@@ -248,7 +248,7 @@ TEST(TactileEstimatorTest, HoldingTheContactCalmsTheOscillationOfIntermittentCon
 
 // The network takes the mean over its window. If the force grows linearly, interpolating the right
 // number of missing samples does not change that mean.
-TEST(TactileEstimatorTest, AnEvenlyGrowingForceIsBridgedOverASampleThatDoesNotCome) {
+TEST(TactileEstimatorTest, AnEvenlyGrowingForceIsInterpolatedOverAMissingSample) {
   const Vector3d way(0, 0, -0.003);
   Touching whole(CubeScene(kAbove)), holed(CubeScene(kAbove));
   for (int i = 1; i <= 40; ++i) {

@@ -57,7 +57,7 @@ Streamed Forces(Touching& t) {
 
 // The tolerance is single precision of 0.2 N. The force of a pulled contact, which the model
 // ignores, is also estimated.
-TEST(TactileEstimatorTest, StreamedForcesAreThoseEstimatedHoweverTheContactActs) {
+TEST(TactileEstimatorTest, StreamedForcesAreThoseEstimatedForEveryKindOfContact) {
   const Isometry3d turned(Eigen::AngleAxisd(0.5, Vector3d::UnitZ()));
   for (const char* extra :
        {"", ", hold: displacement", ", patch: 22 mm", ", hold: displacement, patch: 22 mm"}) {

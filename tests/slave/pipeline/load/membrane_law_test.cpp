@@ -100,7 +100,7 @@ TEST_P(MembraneLawAt, EveryStepIsWithinTheBoundOrTwoSigmaOrFlagged) {
 // Reference: the true noise of the dots, a quarter of the stated sigma and equal to it. The
 // reported sigma is smaller if the dots fit the load's shape better, but no smaller than their
 // number justifies: not below the value for a stated quarter.
-TEST(PlateLoadIdentifier, SigmaGoesByHowTheDotsScatterAsFarAsThereAreEnoughOfThem) {
+TEST(PlateLoadIdentifier, SigmaFollowsTheScatterIfThereAreEnoughDots) {
   simulation::PressedMembrane truth = TruthAt({1e-3, 0.3});
   ASSERT_TRUE(truth.Deepen(1e-3));
   const auto sigma = [&](double scatter, double stated) {

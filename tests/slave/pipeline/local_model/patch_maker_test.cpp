@@ -79,7 +79,7 @@ class OutlinePatchTest : public testing::Test {
 
 // Reference: the slave's own solver. At the nodes (midpoints of elements) the difference is single
 // precision and the skew part of K, which collocation creates and a spring must not have (0.3 %).
-TEST_F(OutlinePatchTest, AtItsNodesThePatchAnswersAsTheSlavesOwnSolver) {
+TEST_F(OutlinePatchTest, AtItsNodesThePatchAgreesWithTheSlavesSolver) {
   ASSERT_GE(top_, 0);
   SurfacePatch patch;
   ASSERT_TRUE(Make(&patch));
@@ -196,7 +196,7 @@ TEST_F(PatchPublisherTest, AToolThatLeavesThePatchGetsAnother) {
 }
 
 // Reference: the wall, 500 N/m, which is learnt from the estimates only.
-TEST_F(PatchPublisherTest, ASenseThatKnowsNoObjectSendsTheLawThatItEstimated) {
+TEST_F(PatchPublisherTest, ASenseWithoutAnObjectModelSendsTheEstimatedLaw) {
   sense_.has_patch = false;
   Get();
   for (int round = 0; round < 20; ++round) {

@@ -55,7 +55,7 @@ class PointsRunTest : public FolderTest {
 };
 
 // Reference: the closed form that bent the drawn dots.
-TEST_F(PointsRunTest, RecordedPairsTellForceAndPlace) {
+TEST_F(PointsRunTest, RecordedPairsGiveForceAndPosition) {
   const testing_fakes::Press press{4.0, {0.005, -0.008}, false};
   const Scene scene = Recorded(press);
   const OfflineSummary summary = RunOffline(scene, {folder_ / "out", true, true, {}}, {});
@@ -89,7 +89,7 @@ TEST_F(PointsRunTest, RecordedPairsTellForceAndPlace) {
 
 // With 1.5 times the distance between the cameras, everything they measure is larger by this
 // factor.
-TEST_F(PointsRunTest, ARigOfOtherCamerasIsNoSuccessAndTellsNoPlace) {
+TEST_F(PointsRunTest, AWrongRigFailsAndReportsNoPosition) {
   const Scene scene = Recorded({4.0, {0, 0}, false});
   StereoRig rig = RigOf(scene);
   rig.X_RL.translation() *= 1.5;
@@ -117,7 +117,7 @@ TEST_F(PointsRunTest, ExchangedSidesAreFlagged) {
 
 // Reference: the run that made the images. The rig's file has all digits, so its rays differ only
 // by rounding.
-TEST_F(PointsRunTest, WrittenFramesTellTheSameForcesAgain) {
+TEST_F(PointsRunTest, WrittenFramesGiveTheSameForces) {
   Scene scene = LoadScene(SourcePath("/deploy/scenes/rubber-membrane.yaml"),
                           {"operator.press.depth=2 mm", "operator.press.speed=10 mm/s"});
   RunOffline(scene, {folder_ / "first", false, true, {}}, {});

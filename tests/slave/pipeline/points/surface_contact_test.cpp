@@ -128,7 +128,7 @@ TEST_F(RenderedMembraneTest, TheRenderedForceNeverJumps) {
 
 // A moved rim, a press by another tool beside the tip, a tip above the membrane, a grazing tip, and
 // lost points.
-TEST_F(RenderedMembraneTest, FlaggedAndStrangeLoadsTeachNothing) {
+TEST_F(RenderedMembraneTest, FlaggedAndForeignLoadsAreNotLearnt) {
   const double modelled = Rendered(4e-3);
   SurfaceObservation lost = Dots(4e-3, kSofter), raised = lost;
   lost.found = false;

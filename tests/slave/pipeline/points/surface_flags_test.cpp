@@ -125,7 +125,7 @@ TEST(SurfaceFlagsTest, ABumpedRigIsCompensatedAndFlaggedBeyondThat) {
 // scene's tension the force is 10 to 70 % too large or too small. A press that rises to 4 N and
 // stays; a `valid` force with an error above three sigma and 5 % of the peak is silently wrong. The
 // width of a shallow indentation (up to a quarter of the peak) does not show the error yet.
-TEST(SurfaceFlagsTest, AnIndentationOfAnotherTensionIsFlaggedOrItsSigmaTellsIt) {
+TEST(SurfaceFlagsTest, AnIndentationOfAnotherTensionIsFlaggedOrIncreasesSigma) {
   constexpr double kPeak = 4;
   std::mt19937 random(11);
   for (const auto& [stated, is] : {std::pair(0.0, 0.0), std::pair(0.0, 50.0),

@@ -38,7 +38,7 @@ TEST(SurfacePointTrackerTest, CoveredCamerasSeeNothingAndAResetTakesTheRestAgain
 
 // Reference: the target's own motion, drawn by perspective alone. Tolerance: a window is found to
 // 0.03 px, 1.84 mm / px in depth.
-TEST(SurfacePointTrackerTest, TextureTellsWhereItsWindowsWent) {
+TEST(SurfacePointTrackerTest, TextureMeasuresTheMotionOfItsWindows) {
   TargetImages images;
   Scene scene;
   scene.sense.Set(PointsOptions{});
@@ -77,7 +77,7 @@ TEST(SurfacePointTrackerTest, TextureTellsWhereItsWindowsWent) {
 }
 
 // Reference: a plane 100 mm away that moves 2 mm towards the camera.
-TEST(SurfacePointTrackerTest, DepthTellsWhereTheSurfaceWent) {
+TEST(SurfacePointTrackerTest, DepthImagesMeasureTheMotionOfTheSurface) {
   Scene scene;
   scene.sense.Set(PointsOptions{TestDepthCamera(), {.track = PointTracking::Track::kSurface}});
   const auto tracker = MakeSurfacePointTracker(scene, {});

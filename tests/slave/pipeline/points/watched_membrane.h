@@ -12,8 +12,8 @@
 
 namespace palpate::testing_fakes {
 
-// The membrane of paper C, 3.5 mm thick (1 mm deep under 4 N), before the usual simulated pair;
-// `sense` and `model` are the keys of a flow map each.
+// The membrane of paper C, 3.5 mm thick (1 mm deep under 4 N), in front of a simulated pair of
+// cameras. `points` and `model` are the keys and values of these maps of the scene.
 Scene MembraneScene(const std::string& points = "track: dots",
                     const std::string& model = "kind: plate");
 

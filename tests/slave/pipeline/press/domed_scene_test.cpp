@@ -177,7 +177,7 @@ TEST_F(DomedSceneTest, APressIsEstimatedAnywhere) {
 // If a tool presses while the rest frame is taken, only the additional press is estimated, and
 // nothing shows the error until the tool leaves. The surface that then bulges outwards must not be
 // reported as a load.
-TEST_F(DomedSceneTest, ASurfaceThatComesOutIsNoLoad) {
+TEST_F(DomedSceneTest, AnOutwardMotionOfTheSurfaceIsNoLoad) {
   for (const double force : {0.5, 1.5, 3.0}) {
     sense_.Reset();
     for (int i = 0; i < 5; ++i) Estimate({{truth_.Over(-0.02, 0.01), force}});
@@ -187,7 +187,7 @@ TEST_F(DomedSceneTest, ASurfaceThatComesOutIsNoLoad) {
   }
 }
 
-TEST_F(DomedSceneTest, TwoToolsAtOnceAreNoForceOfOne) {
+TEST_F(DomedSceneTest, TwoToolsAreNotReportedAsOneForce) {
   const ContactEstimate& estimate =
       Estimate({{truth_.Over(-0.025, 0), 3}, {truth_.Over(0.025, 0.005), 3}});
   EXPECT_NE(estimate.validity, Validity::kValid);

@@ -26,7 +26,7 @@ struct Laws {
   double by_depth = 0;          // von Karman's force at the truth's depth, over the truth's
   double by_dots = 0;           // force found from the true dots
   double misplaced = 0;         // of the load found [m]
-  double stated = 0;            // of by_depth - 1, by plate_law.h
+  double stated = 0;            // by_depth - 1 as stated by plate_law.h
   bool flagged = false;         // von Karman's force at the truth's depth
 };
 
@@ -99,7 +99,7 @@ TEST(MembraneLaws, DotsDetermineTheForceOfTheOtherLaw) {
 // A rigid face off the centre touches only with its outer arc, so the uniform load is found up to 2
 // mm farther out (5 mm for the wide tool). Measured: -0.6 to 3.4 % of the force, misplaced by 0.2
 // mm.
-TEST(MembraneLaws, DotsTellTheForceAndPlaceOfARigidTool) {
+TEST(MembraneLaws, DotsDetermineForceAndPlaceOfARigidTool) {
   PlateLargeModel plate({.radius = kRadius,
                          .thickness = 1e-3,
                          .young_modulus = kYoung,

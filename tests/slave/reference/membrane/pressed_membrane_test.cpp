@@ -31,7 +31,7 @@ MembranePress Pressed(const Vector2d& p_O, const std::vector<double>& depths,
 // Reference: h membrane, axisymmetric solid elements of another program (CAX8, neo-Hookean, even
 // dead pressure): the force at the deflection it found there. Measured: within 0.13, 0.2, 0.26 and
 // 0.13 %, of which 0.05 to 0.1 % are this mesh's and the rest that program's 288 elements'.
-TEST(PressedMembrane, TakesTheForceOfAnotherProgramsSolid) {
+TEST(PressedMembrane, HasTheForceOfAnotherProgramsSolid) {
   PALPATE_REFERENCE_OR_SKIP(file, "h_calculix.json");
   int compared = 0;
   for (const auto& c : file.at("cases")) {

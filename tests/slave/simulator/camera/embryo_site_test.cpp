@@ -46,7 +46,7 @@ TEST(EmbryoSiteTest, TheMembraneIsLinearToItsDepthAndStiffensBeyond) {
   }
 }
 
-TEST(EmbryoSiteTest, ItBreaksBetweenTheDepthsAndPushesNoMoreUntilTheToolIsOut) {
+TEST(EmbryoSiteTest, BreaksBetweenTheDepthsAndHasNoForceUntilTheToolIsOut) {
   std::set<double> depths;
   for (const std::uint32_t seed : {1U, 2U, 3U}) {
     SimulatedSite site(LivingScene(seed));

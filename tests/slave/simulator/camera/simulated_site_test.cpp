@@ -37,7 +37,7 @@ TEST(SimulatedSite, AFiveMillimetrePressGivesTheContinuumForce) {
 
 // Reference: only the position of the tool relative to the body matters. A resting tool on a rising
 // body gives exactly the same force as a tool that goes down; only the images differ by a shift.
-TEST(SimulatedSite, ABodyThatMovesTakesItsContactAlong) {
+TEST(SimulatedSite, AMovingBodyMovesItsContact) {
   Scene scene = BlockScene();
   const Eigen::Vector3d above(kMiddle, 0.091, 0), deep(kMiddle, kTop - 3e-3, 0);
   const Eigen::Vector3d nearer(0, 2e-3, 0);

@@ -36,7 +36,7 @@ std::vector<double> Column(const Samples& samples, std::size_t signal) {
 }
 constexpr std::size_t kPac = kElectrodeCount, kPdc = kElectrodeCount + 1;
 
-// White noise: neighbouring samples differ by sqrt 2 of it.
+// The difference of neighbouring samples of white noise has sqrt 2 times its standard deviation.
 double Noise(const std::vector<double>& column) {
   double sum = 0;
   for (std::size_t i = 1; i < column.size(); ++i) sum += std::pow(column[i] - column[i - 1], 2);

@@ -27,7 +27,8 @@ class PcdFileTest : public FolderTest {
   }
 };
 
-// Organised, every fifth point not measured, repetitive so that it compresses.
+// An organised cloud. Every fifth point is not measured; the data are repetitive, so that they can
+// be compressed.
 pcl::PointCloud<pcl::PointXYZRGBL> Sample() {
   constexpr float kNan = std::numeric_limits<float>::quiet_NaN();
   pcl::PointCloud<pcl::PointXYZRGBL> cloud(40, 30);

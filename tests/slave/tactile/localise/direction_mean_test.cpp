@@ -26,7 +26,7 @@ class DirectionMeanTest : public ::testing::Test {
 };
 
 // Laws: the unit of intensity does not matter; mirrored intensities give the mirrored contact.
-TEST_F(DirectionMeanTest, KnowsNoUnitAndNoSide) {
+TEST_F(DirectionMeanTest, DoesNotDependOnUnitOrSide) {
   ElectrodeLayout mirrored = layout_;
   for (Vector3d& p : mirrored.p_F) p.y() = -p.y();
   const DirectionMean other(mirrored, kRadius);

@@ -15,7 +15,8 @@ namespace palpate::presses {
 struct Presses {
   std::vector<TactileSignals> change;  // rows in contact; rest: the median of the others
   std::vector<FingerReading> raw;
-  std::vector<Eigen::Vector3d> normal_F;  // outward at the contact, by diag(-1, 1, -1)
+  // Outward at the contact: the normal of the data, multiplied by diag(-1, 1, -1).
+  std::vector<Eigen::Vector3d> normal_F;
 };
 
 // `file` without `.csv`; contact where pdc >= `least_pdc`. nullopt where the data are absent.

@@ -100,15 +100,15 @@ TEST(PairCalibrationTest, LeavesOutPairsWhoseBoardMovedBetweenTheShots) {
 }
 
 // None of 12 pairs with normal noise is rejected, whatever the noise level.
-class HonestPairsTest : public testing::TestWithParam<double> {};
+class GoodPairsTest : public testing::TestWithParam<double> {};
 
-TEST_P(HonestPairsTest, StayIn) {
+TEST_P(GoodPairsTest, AreNotRejected) {
   const auto found =
       Calibrate(TestBoard(), ProjectPairs(VergedTestRig(), 12, 0.5, GetParam()), kSizes);
   EXPECT_TRUE(found.dropped.empty());
 }
 
-INSTANTIATE_TEST_SUITE_P(, HonestPairsTest, testing::Values(0.1, 0.02, 0.3));
+INSTANTIATE_TEST_SUITE_P(, GoodPairsTest, testing::Values(0.1, 0.02, 0.3));
 
 // Reference: the same corners in reverse order, which a finder may return for any image; for a
 // camera that is mounted upside down it does so in all images.

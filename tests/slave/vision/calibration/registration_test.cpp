@@ -118,7 +118,7 @@ TEST(RegistrationTest, AMirroredTableOfPlacesInSpaceIsRefused) {
 
 // Positions on a plane do not reveal a mirrored table; the assumed side of the camera does. The
 // true camera looks towards -z of S from 250 mm above the plane.
-TEST(RegistrationTest, PlacesOnAPlaneSayOnWhichSideTheCameraRests) {
+TEST(RegistrationTest, PlacesOnAPlaneDetermineTheSideOfTheCamera) {
   const StereoRig rig = VergedTestRig(kBarrel);
   for (const double thickness : {0.0, 0.001}) {
     const auto tips = Tips(rig, 14, 0.2, thickness);

@@ -70,7 +70,7 @@ Pair Images(const Bump& bump, std::uint64_t seed, double noise = 2, double fall 
   return pair;
 }
 
-// S is O at rest.
+// Frame S equals frame O.
 StereoDots::Params Params() {
   StereoDots::Params params;
   params.rig = VergedRig(SceneLens());

@@ -87,7 +87,7 @@ TEST(SsdTrackerTest, WindowsThatLeaveTheImageAreLostAndComeBack) {
   }
 }
 
-// 80 px have two levels, 240 px three.
+// The pyramid of an image of 80 px has two levels, that of 240 px would have three.
 TEST(SsdTrackerTest, TheOtherCamerasImageMayBeLarger) {
   WavyTexture texture;
   const cv::Mat large = texture.Image({});

@@ -52,7 +52,7 @@ TEST_F(StereoTextureTest, ATurningBodyIsFollowed) {
     const Eigen::Vector3d turn(0.004 * k, -0.003 * k, 0.01 * k);
     const auto pair = images.Take(kRest, turn);
     const auto& seen = texture.Process(pair.left, pair.right);
-    // It turns about the ellipsoid's centre, semi-axis z behind S's origin.
+    // The target rotates about the ellipsoid's centre, which is one semi-axis z behind S's origin.
     const Eigen::Vector3d centre(0, 0, simulation::TexturedTarget::Shape{}.semi_axes.z());
     const Eigen::Matrix3d R =
         turn.norm() > 0 ? Eigen::AngleAxisd(turn.norm(), turn.normalized()).toRotationMatrix()

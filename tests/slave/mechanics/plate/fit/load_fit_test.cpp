@@ -105,7 +105,7 @@ TEST(LoadFit, PressesNoMoreThanItIsAllowed) {
   const LoadFit none = FitTo(fitter, mirrored);
   EXPECT_EQ(none.validity, Validity::kFailed);
   EXPECT_THAT(none.reason, HasSubstr("no load explains the points"));
-  EXPECT_EQ(FitTo(fitter, clear).validity, Validity::kFailed);  // all of it was taken
+  EXPECT_EQ(FitTo(fitter, clear).validity, Validity::kFailed);  // no solutions are left
   fitter.Allow(kEnough);
   EXPECT_EQ(FitTo(fitter, clear).validity, Validity::kValid);
 }
@@ -251,7 +251,7 @@ TEST(LoadFit, WithoutAFineSolutionTheCoarseOneIsUsed) {
   EXPECT_EQ(fit.validity, Validity::kExtrapolated);
   EXPECT_THAT(std::string(fit.reason), HasSubstr("more modes"));
   const Eigen::Vector3d sigma =
-      coarse.covariance.diagonal().cwiseSqrt();  // a fit ends 1e-3 of it off
+      coarse.covariance.diagonal().cwiseSqrt();  // a fit ends within 1e-3 of it
   EXPECT_LT((fit.p_O - coarse.p_O).norm(), 1e-2 * sigma.head<2>().norm());
   EXPECT_NEAR(fit.force, coarse.force, 1e-2 * sigma[2]);
   EXPECT_NEAR(fit.residual, coarse.residual, 1e-3);

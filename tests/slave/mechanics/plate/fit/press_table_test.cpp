@@ -38,7 +38,7 @@ TEST(PressTable, IsTheModelBetweenItsEntries) {
 
 // Reference: the closed form, F = 4 pi E t^3 a^2 w / (3 (1 - nu^2) (a^2 - p^2)^2), paper C, eq.
 // (1).
-TEST(PressTable, OfTheSmallDeflectionPlateIsPaperCsEquationOne) {
+TEST(PressTable, ForSmallDeflectionsItIsEquationOneOfPaperC) {
   const double t = 0.001;
   PlateModel plate({kRadius, t, kModulus, kNu});
   const PressTable table(plate, {0});
