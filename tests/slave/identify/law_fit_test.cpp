@@ -2,6 +2,7 @@
 #include "slave/identify/law_fit.h"
 
 #include <cmath>
+#include <random>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -127,6 +128,29 @@ TEST(ChordModulus, StatesTheExcessOfALinearModel) {
     test.rows.push_back({.abscissa = 1 - strain, .measured = {-1e5 * strain * strain}});
   }
   EXPECT_NEAR(ChordModulusOf(test)->excess, 6 / 3.833 - 1, 0.01);
+}
+
+// Noise in the stresses spreads the moduli as much as stated. Tolerance: three standard deviations
+// of a spread of 400 draws, 11 %.
+TEST(ChordModulus, StatesTheSpreadOfTheModulus) {
+  constexpr int kDraws = 400;
+  std::mt19937 random(3);
+  std::normal_distribution<double> noise(0, 200);  // [Pa]
+  double sum = 0, square = 0, stated = 0;
+  for (int draw = 0; draw < kDraws; ++draw) {
+    MaterialTest test{.kind = TestKind::kUniaxial, .components = {{0, 0}}, .end_factor = 1.4};
+    for (int i = 0; i <= 40; ++i) {
+      test.rows.push_back(
+          {.abscissa = 1 - 0.01 * i, .measured = {-1.4 * 5e4 * 0.01 * i + noise(random)}});
+    }
+    const auto chord = ChordModulusOf(test);
+    ASSERT_TRUE(chord);
+    sum += chord->modulus, square += chord->modulus * chord->modulus;
+    stated += chord->sigma * chord->sigma;
+  }
+  const double mean = sum / kDraws;
+  const double spread = std::sqrt((square - kDraws * mean * mean) / (kDraws - 1));
+  EXPECT_NEAR(std::sqrt(stated / kDraws) / spread, 1, 0.11);
 }
 
 }  // namespace
