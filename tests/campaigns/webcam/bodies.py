@@ -16,6 +16,7 @@ sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "presses"))
 from presses import bricks, elasticity, graded, meshed, triangle_matrix, solve  # noqa: E402
 
 UNDER = 24  # surface elements under the width of a tool
+GROWTH = 1.3  # of bricks from one to the next, away from the tool
 
 
 def ring_of(conn):
@@ -68,10 +69,10 @@ class Sheet:
             p = [occ.addPoint(x, y, 0) for x, y in outline]
             occ.addPlaneSurface([occ.addCurveLoop([occ.addLine(a, b) for a, b in zip(p, p[1:] + p[:1])])])
 
-        def size(x, y, z):
+        def size(x, y):
             away = math.hypot(x - place[0], y - place[1])
             return min(fine + 0.2 * max(0, away - reach), extent / 11)
-        X, conn = meshed(build, 2, size)
+        X, conn = meshed(build, size)
         A = triangle_matrix(X, conn, elasticity(nu, 2, "stress"))
         self.ring = X[ring_of(conn)]
         ring = ring_of(conn)
@@ -131,10 +132,10 @@ class Block:
         fine, half = min(tool, extent) / 6, thickness / 2
 
         def two(low, high, a, b, h):
-            left, right = graded(low, (a + b) / 2, a, h, 0), graded((a + b) / 2, high, b, h, 0)
+            left, right = graded(low, (a + b) / 2, a, h, GROWTH), graded((a + b) / 2, high, b, h, GROWTH)
             return np.unique(np.round(np.concatenate([left, right]), 9))
-        xs, ys = two(0, width, place - tool / 2, place + tool / 2, fine), height - graded(0, height, 0, fine, 0)[::-1]
-        zs = graded(0, half, extent / 2, min(fine, thickness / 16), 0)
+        xs, ys = two(0, width, place - tool / 2, place + tool / 2, fine), height - graded(0, height, 0, fine, GROWTH)[::-1]
+        zs = graded(0, half, extent / 2, min(fine, thickness / 16), GROWTH)
         X, A = bricks(xs, ys, zs, nu)
         e = 1e-6
         u, fixed = np.zeros(A.shape[0]), np.zeros(A.shape[0], bool)
@@ -144,7 +145,7 @@ class Block:
         for k in range(3):
             fixed[3 * bottom + k] = fixed[3 * held + k] = True
         u[3 * held + 1] = -1
-        u = solve(A, u, fixed)
+        u = solve(A, u, fixed, False)
         self.stiffness = -2 * (A @ u)[3 * held + 1].sum()  # by E [mm]
         moved = u.reshape(-1, 3)
         face = X[:, 2] > half - e
