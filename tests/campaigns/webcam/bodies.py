@@ -13,7 +13,7 @@ import numpy as np  # noqa: E402
 from scipy.sparse.linalg import splu  # noqa: E402
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "presses"))
-from presses import bricks, elasticity, graded, meshed, triangle_matrix, solve  # noqa: E402
+from presses import block_flat, bricks, elasticity, graded, meshed, triangle_matrix, solve  # noqa: E402
 
 UNDER = 24  # surface elements under the width of a tool
 GROWTH = 1.3  # of bricks from one to the next, away from the tool
@@ -125,10 +125,12 @@ class Sheet:
 
 
 class Block:
-    """A block [width, height, thickness] that is glued below; a flat stick in the middle of its thickness presses its top."""
+    """A block [width, height, thickness] that is glued below; a flat stick in the middle of its thickness presses its top. The outline
+    comes from one mesh; the stiffness by E [mm] from two, since that of the first is 4 to 7 % too high."""
 
     def __init__(self, size, place, tool, extent, nu):
         width, height, thickness = size
+        self.stiffness = block_flat(*size, place, tool, extent, nu)
         fine, half = min(tool, extent) / 6, thickness / 2
 
         def two(low, high, a, b, h):
@@ -146,7 +148,6 @@ class Block:
             fixed[3 * bottom + k] = fixed[3 * held + k] = True
         u[3 * held + 1] = -1
         u = solve(A, u, fixed, False)
-        self.stiffness = -2 * (A @ u)[3 * held + 1].sum()  # by E [mm]
         moved = u.reshape(-1, 3)
         face = X[:, 2] > half - e
         line = [face & (X[:, 1] < e), face & (X[:, 0] > width - e), face & (X[:, 1] > height - e), face & (X[:, 0] < e)]
