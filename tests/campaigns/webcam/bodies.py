@@ -13,7 +13,7 @@ import numpy as np  # noqa: E402
 from scipy.sparse.linalg import splu  # noqa: E402
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "presses"))
-from presses import block_flat, bricks, elasticity, graded, meshed, triangle_matrix, solve  # noqa: E402
+from presses import block_flat, bricks, elasticity, graded, meshed, sheet_flat, triangle_matrix, solve  # noqa: E402
 
 UNDER = 24  # surface elements under the width of a tool
 GROWTH = 1.3  # of bricks from one to the next, away from the tool
@@ -122,6 +122,13 @@ class Sheet:
     def _ends(tool, tip, offsets):
         aside = np.array(list(offsets.values()))
         return tip + aside[:, None] * tool.across - tool.recess(aside)[:, None] * tool.direction if len(aside) else np.zeros((0, 2))
+
+
+def solid_share(size, place, tool, nu):
+    """By how much a body of `size` [width, height, thickness] in space is stiffer under a flat tool through all of its thickness than in
+    plane stress: 1 to 7 % for a thickness about as large as the tool's width."""
+    width, height, thickness = size
+    return block_flat(*size, place, tool, thickness, nu) / sheet_flat(width, height, thickness, place, tool, nu, "stress", [])
 
 
 class Block:
