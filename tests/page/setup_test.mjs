@@ -6,15 +6,16 @@ import { tmpdir } from 'node:os';
 import path from 'node:path';
 import { test } from 'node:test';
 
-// The tool is flat and seen from straight ahead unless a test states otherwise.
-const tipIn = (grey, box, outline, width, isRound = false, underside = 0) => findTip(grey, box, outline, width, isRound, underside);
+// A flat tool that is seen from straight ahead, unless the test says otherwise.
+const AHEAD = { underside: 0, raised: 0, tilt: 0, upper: null, heightSigma: 1, levelSigma: 1 };
+const tipIn = (grey, box, outline, width, isRound = false, view = AHEAD) => findTip(grey, box, outline, width, isRound, view);
 
 const ROOT = path.resolve(import.meta.dirname, '../..'), PAGE = path.join(ROOT, 'master/station/page');
 const load = (name) => import(path.join(PAGE, name));
 const { bent, contains, crossesItself, crossingsWith, denser, fitCircle, fitRectangle, nearestOn, orderCorners, refineCorners, simplify } = await load('setup_geometry.js');
-const { findTip, imageTrouble, ontoEdge } = await load('setup_tip.js');
+const { findTip, imageTrouble, ontoEdge, shiftOf } = await load('setup_tip.js');
 const { HeldPress, fitModulus, modelProblem, newtons } = await load('setup_identify.js');
-const { Answers, MATERIALS, PressCurve, STEPS, arcBetween, emptyAnswers, firstProblem, heldLines, pixelOf, pixelToleranceOf, problemsAt, runsOf, sceneOf, startOf, stepOfKey, toolPixelOf, undersideOf } = await load('setup_scene.js');
+const { Answers, MATERIALS, PressCurve, STEPS, arcBetween, emptyAnswers, firstProblem, heldLines, pixelOf, pixelToleranceOf, problemsAt, runsOf, sceneOf, startOf, stepOfKey, toolPixelOf, undersideOf, viewOf } = await load('setup_scene.js');
 const { firstOpen, questionsAt, sentencesOf } = await load('setup_questions.js');
 const { quantity } = await load('setup_quantities.js');
 const { callWords, mistakeWords } = await load('setup_text.js');
@@ -30,13 +31,13 @@ const noisy = (seed) => () => ((seed = (seed * 1103515245 + 12345) % 2147483648)
 // covered part.
 const drawn = new Map();
 const draw = (...what) => drawn.get(JSON.stringify(what)) || drawn.set(JSON.stringify(what), paint(...what)).get(JSON.stringify(what));
-function paint(tip, { block = 170, tool = 60, ground = 20, noise = 2, marks = 0, band = 0 } = {}) {
+function paint(tip, { block = 170, tool = 60, ground = 20, noise = 2, marks = 0, band = 0, far = [480, 0] } = {}) {
   const levels = new Float32Array(640 * 480), half = 5.87 / PIXEL / 2, random = noisy(1);
   const part = (low, high, i) => Math.max(0, Math.min(high, i + 0.5) - Math.max(low, i - 0.5));
   for (let v = 0; v < 480; ++v) {
     for (let u = 0; u < 640; ++u) {
       const inBlock = part(BLOCK[0][0], BLOCK[1][0], u) * part(BLOCK[2][1], BLOCK[0][1], v), inTool = part(tip[0] - half, tip[0] + half, u) * part(-1, tip[1], v);
-      const level = ground + inBlock * (block - ground), shade = tool + (Math.floor((tip[1] - v) / 6) % 2 ? marks : 0) + (tip[1] - v > 18 && tip[1] - v < 26 ? band : 0);
+      const behind = ground + part(far[0], 480, v) * (far[1] - ground), level = behind + inBlock * (block - behind), shade = tool + (Math.floor((tip[1] - v) / 6) % 2 ? marks : 0) + (tip[1] - v > 18 && tip[1] - v < 26 ? band : 0);
       levels[640 * v + u] = level + inTool * (shade - level) + noise * 2 * random();
     }
   }
@@ -178,6 +179,31 @@ test('the apex of a round tool is found, on average within 0.06 px', () => {
   assert.ok(Math.abs(mean) < 0.06 && off.every((value) => Math.abs(value) < 0.2), `${off}`);
 });
 
+test('the tip is found before the far edge of an upper face', () => {
+  for (const [tool, ground, face] of [[42, 88, 131], [42, 131, 88], [200, 60, 110]]) {
+    for (const apart of [-0.7, 0.4, 1.3]) {
+      const tip = [319.5, 124.4], grey = draw(tip, { tool, ground, far: [tip[1] + apart, face] });
+      const seen = tipIn(grey, [[294, 64], [345, 133]], BLOCK, 5.87 / PIXEL);
+      // Without blur, the place of an edge is known to a part of the pixel that both edges share.
+      assert.ok(!seen.why && Math.abs(seen.tip[1] - tip[1]) < 0.35, `${tool} before ${ground}, ${face} from ${apart} px on: ${JSON.stringify(seen)}`);
+    }
+  }
+});
+
+// Reference: a pinhole 200 px before the front of a slab that is 12 px thick, at each height above its upper edge, level; the tool is
+// 10 px above the edge. The found edge is that of the back where it is seen, and so is the tool's end.
+test('what a camera at some height sees of tool and object beyond their fronts is taken off', () => {
+  const [away, thick, gap] = [200, 12, 10], back = away / (away + thick), view = { underside: thick / (away + thick), raised: thick / (away + thick), heightSigma: 8, levelSigma: 2 };
+  for (let height = -12; height <= 24; height += 2) {
+    const edge = Math.min(height, height * back), end = Math.max(height - gap, (height - gap) * back), nearer = gap - (edge - end);
+    const { shift, sigma } = shiftOf(view, 1, gap, height);
+    assert.ok(Math.abs(shift - nearer) < 2 * sigma + 1e-9 && sigma < 0.15, `${height}: ${shift} ${sigma} for ${nearer}`);
+  }
+  // A camera that does not look level says nothing about its height.
+  const { shift, sigma } = shiftOf(view, 1, gap, -100), middle = shiftOf({ ...view, levelSigma: 1e6 }, 1, gap, gap / 2);
+  assert.ok(Math.abs(shift - middle.shift) < 1e-9 && sigma > 0.2, `${shift} ${sigma}`);
+});
+
 test('the scene of the silicone block is that of the hand-written one', () => {
   const { answers, tip } = blockAnswers(2, edgeOf(BLOCK));
   assert.equal(firstProblem(answers), null, JSON.stringify(Object.keys(STEPS).map((step) => problemsAt(step, answers))));
@@ -231,13 +257,13 @@ test('of a bar that is seen from below, the end of its front is found', () => {
     // this level, and then its front.
     const bar = (end, level) => draw([319.5, end], { tool: level, ground }).levels, [far, near, shaded] = [bar(back, 0.7 * tool), bar(front, tool), bar(front, 0.7 * tool)];
     const grey = { width: 640, height: 480, levels: far.map((level, i) => level + near[i] - shaded[i]) };
-    const { tip } = tipIn(grey, box, BLOCK, 5.87 / PIXEL, false, undersideOf(answers));
-    // Without blur the half level of a two-part step can be located only to a third of a pixel.
+    const { tip } = tipIn(grey, box, BLOCK, 5.87 / PIXEL, false, viewOf(answers));
+    // Without blur, the place of half of a step of two parts is known no better than a third of a pixel.
     assert.ok(back - front > 0.7 && Math.abs(tip[1] - front) < 0.3, `${tool} before ${ground}: ${tip[1]} for ${front}`);
   }
   // The front of a stick in the middle is behind that of the object, where a pixel covers more.
   Object.assign(answers.tool, { by: 'part', depth: '3' });
-  assert.ok(Math.abs(undersideOf(answers) - 3 / 203) < 1e-9 && Math.abs(toolPixelOf(answers) / pixelOf(answers) - 203 / 200) < 1e-9);
+  assert.ok(Math.abs(undersideOf(answers) - 3 / 206) < 1e-9 && Math.abs(toolPixelOf(answers) / pixelOf(answers) - 203 / 200) < 1e-9);
 });
 
 test('a block takes the model of thick bodies, asks for a camera that sees the tip in it, and refuses a round end', () => {
@@ -253,6 +279,30 @@ test('a block takes the model of thick bodies, asks for a camera that sees the t
   assert.match(scene, /depth: 6 mm/);
   answers.tool.shape = 'round';
   assert.match(problemsAt('tool', answers)[0], /only a tool with a flat end/);
+});
+
+test('the far edge of its upper face shows how a camera before a block looks up or down', () => {
+  // A pinhole with a focal length of 610 px, 40 mm higher than the edge of a block that is 60 mm deep, 305 mm away. The front of the
+  // tool is 27 mm behind that of the block, its end 8 mm above it.
+  const { answers } = blockAnswers(0, edgeOf(BLOCK)), seenAt = (high, far, turned) => 239.5 + 610 * (high / far + turned);
+  Object.assign(answers.object, { thickness: '60', plane: 'block' });
+  Object.assign(answers.tool, { by: 'part', depth: '6' });
+  answers.scale.distance = '305';
+  for (const turned of [-0.008, 0, 0.008]) {
+    const [near, far, end] = [seenAt(40, 305, turned), seenAt(40, 365, turned), seenAt(32, 332, turned)], levels = new Float32Array(640 * 480), random = noisy(5);
+    const part = (low, high, i) => Math.max(0, Math.min(high, i + 0.5) - Math.max(low, i - 0.5));
+    for (let v = 0; v < 480; ++v) {
+      for (let u = 0; u < 640; ++u) {
+        const inObject = u > 200 && u < 440, behind = 125 + (inObject ? part(far, near, v) * (68 - 125) + part(near, 470, v) * (85 - 125) : 0);
+        levels[640 * v + u] = behind + part(313.5, 325.5, u) * part(-1, end, v) * (45 - behind) + 4 * random();
+      }
+    }
+    const outline = [[200, near], [440, near], [440, 470], [200, 470]];
+    const { why, tip, sigma } = tipIn({ width: 640, height: 480, levels }, [[295, end - 60], [345, end + 8]], outline, 12, false, viewOf(answers));
+    // The tip where a level camera would see it as far above the edge.
+    const level = 239.5 + ((near - 239.5) * 305 - 8 * 610) / 332;
+    assert.ok(!why && Math.abs(tip[1] - level) < 0.25 && sigma < 0.25, `${turned}: ${why} ${tip} for ${level}, sigma ${sigma}`);
+  }
 });
 
 test('the edge of a disc is looked for near the circle through the clicks, however few they are', () => {

@@ -29,7 +29,7 @@ import {
   startOf,
   stepOfKey,
   toolPixelOf,
-  undersideOf,
+  viewOf,
 } from './setup_scene.js';
 import { findTip, greyOf, imageTrouble, ontoEdge } from './setup_tip.js';
 import { noteItem } from './alarms.js';
@@ -278,7 +278,7 @@ export class Setup {
     const outline = outlineOf(this.answers.now), px = mm(width) / toolPixelOf(this.answers.now);
     if (box.length < 2 || !this.frozen || !outline.length || !(px > 0)) return null;
     return px >= 3
-      ? findTip(this.frozen.grey, box, outline, px, shape === 'round', undersideOf(this.answers.now))
+      ? findTip(this.frozen.grey, box, outline, px, shape === 'round', viewOf(this.answers.now))
       : { why: `The tip is ${px.toFixed(1)} px wide in the image: expected at least 3 px. Move the camera nearer, or correct the width.` };
   }
   takeField(field) {

@@ -304,11 +304,13 @@ export function pathOf(answers) {
   return { enters: { at: first.at, isHeld: isHeld(first) }, leaves: { at: last.at, isHeld: isHeld(last) } };
 }
 
+// By which a tool that reaches through the whole thickness is longer: a millimetre on either side.
+const OVERHANG_M = 2e-3;
 // Returns distances along the view: from the front of the object to the front of the tool, and from
 // there to its back [m]. The tool is in the middle.
 export function depthsOf({ object, tool }) {
   const thick = mm(object.thickness);
-  return tool.by === 'part' ? { front: (thick - mm(tool.depth)) / 2, deep: mm(tool.depth) } : { front: 0, deep: thick };
+  return tool.by === 'part' ? { front: (thick - mm(tool.depth)) / 2, deep: mm(tool.depth) } : { front: 0, deep: thick + OVERHANG_M };
 }
 // Returns the edge of a pixel in the plane of the tool's front [m].
 export const toolPixelOf = (answers) => pixelOf(answers) * (1 + depthsOf(answers).front / mm(answers.scale.distance));
@@ -316,11 +318,29 @@ export const toolPixelOf = (answers) => pixelOf(answers) * (1 + depthsOf(answers
 // the edge. A camera that looks from above on a block sees the front alone.
 export function undersideOf(answers) {
   const { front, deep } = depthsOf(answers);
-  return answers.object.plane === 'block' && answers.tool.by === 'part' ? 0 : deep / (mm(answers.scale.distance) + front);
+  return answers.object.plane === 'block' && answers.tool.by === 'part' ? 0 : deep / (mm(answers.scale.distance) + front + deep);
 }
-// Standard deviation of the camera's height above the edge, as set by a person.
-const HEIGHT_SIGMA_M = 3e-3;
-const anchorToleranceOf = (answers) => (undersideOf(answers) * HEIGHT_SIGMA_M) / toolPixelOf(answers);
+const HEIGHT_SIGMA_M = 3e-3;  // of the camera above the edge as a person sets it, one standard deviation
+const LEVEL_SIGMA = 0.01;  // of the middle of the image from level, as a person sets it and the camera is made [rad]
+// Part of the upper face that is seen by which the edge is found higher: a rectangle of known size is placed by its lower edge, too, a
+// disc by its whole rim.
+const RAISED = { outline: 1, polygon: 1, rectangle: 0.75, disc: 0.5 };
+// What the camera's place does to the way of the tip to the object, for setup_tip.js. `underside`, `raised`: by which part of its height
+// a camera sees the tool's end nearer and the edge higher. `upper`: the parts of its height above the upper face of a block by which the
+// far edge and the tool's front are seen nearer to the middle. `tilt`: what a camera that is not level adds; `heightSigma`, `levelSigma`:
+// of its height and of level, all one standard deviation [px].
+export function viewOf(answers) {
+  const { object, tool, scale } = answers, away = mm(scale.distance), thick = mm(object.thickness), pixel = toolPixelOf(answers);
+  const { front } = depthsOf(answers), isUpperSeen = object.plane === 'block' && tool.by === 'part';
+  return {
+    underside: undersideOf(answers),
+    raised: isUpperSeen ? 0 : (RAISED[object.kind] * thick) / (away + thick),
+    tilt: (front * LEVEL_SIGMA) / pixel,
+    upper: isUpperSeen ? { far: thick / (away + thick), tip: front / (away + front) } : null,
+    heightSigma: HEIGHT_SIGMA_M / pixel,
+    levelSigma: (away * LEVEL_SIGMA) / pixel,
+  };
+}
 
 // Problems of each step as text; empty: none. `trouble`: problems of the frozen image and of the
 // tool's box, see setup_tip.js.
@@ -566,7 +586,7 @@ export function sceneOf(answers, cameraLines, template) {
     `    pose: {translation: [${centre.map((value) => `${digits(1e3 * value, 8)} mm`).join(', ')}, 0]}`,
     `  tip: {track: template, template: ${TEMPLATE}, anchor: ` +
     `[${tip.map((value, k) => `${digits(value - box[0][k], 7)} px`).join(', ')}], ` +
-    `anchor_tolerance: ${digits(anchorToleranceOf(answers), 2)} px, roi: ` +
+    `anchor_tolerance: ${digits(tool.seen.sigma, 2)} px, roi: ` +
     `${Math.max(64, Math.max(...size) + 20)} px}`,
     '  contour: {track: snake, start: {polygon: ' +
     `[${outline.map((p) => `[${p.map((value) => `${digits(value, 5)} px`).join(', ')}]`).join(', ')}]}}`,

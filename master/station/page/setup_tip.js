@@ -26,9 +26,18 @@ const SIDE_PX = 6, BEYOND_PX = 4, LENGTH_PX = 44;
 
 const SHADED = 0.7;  // level of the end's face relative to that of the front, for light from above
 const EDGE_PX = 4;  // largest distance of the edge from an outline that the slave has detected
-// Largest shift of the tip by the face of its end, a little less than the slave's check of the
-// tool's end accepts.
+// Largest shift of the tip by what is seen beyond its front, a little less than what the slave's
+// check of the tool's end accepts beside its tolerance.
 const SHIFT_PX = 0.8;
+const CONSISTENT = 3;  // standard deviations between two estimates of the camera's height
+// Smallest distance of the far edge of an upper face from the near one, and its largest relative
+// difference from where a level camera would see it.
+const FAR_FROM_PX = 5, FAR_OFF = 0.5;
+const FAR_EDGE_PX = 0.4;  // standard deviation of the distance of both edges
+// The far edge is searched beside the tool, in strips.
+const BESIDE_TOOL_PX = 8, FAR_SPAN_PX = 40, FAR_STRIP_PX = 5;
+const BLUR_PX = 0.5;  // blur of an edge, within which an edge behind it cannot be separated
+const BESIDE_PX = [3, 4, 5, 6];  // distances from the tool's side at which the background is read
 const VAGUE_PX = 0.4;  // largest scatter of the end among the lines along a flat tool
 const SHAPE_PX = 8;  // on narrower tips a round end cannot be recognised
 // Relative to the tip's width: distance from the axis at which the end is compared, and recess of a
@@ -140,15 +149,13 @@ function axisOf(grey, place, d, length, across, width) {
   return { at: from, d: [0, 1].map((i) => (to[i] - from[i]) / tall), width: median(found.map(([, , wide]) => wide)) / tall };
 }
 
-// Finds the tip of a tool of about `width` [px] in the box [[u0, v0], [u1, v1]]: {tip: [u, v],
-// direction: unit vector in the image, width: in the image [px], box: of the template [[u, v], [u,
-// v]] in whole pixels, beyond: whether the template contains the region before the tip}, or {why}:
-// the reason why there is no tip. `vague`: whether its end differs little from the background;
-// `nearer`: distance from the object to which the tool must approach so that the face of its end
-// shifts the tip by at most SHIFT_PX [px]; null: it is near enough; `aside`: visible part of its
-// side [px]. `underside`: visible length of the end's face, relative to the distance of the tip
-// from the object.
-export function findTip(grey, box, outline, width, isRound, underside) {
+// The tip of a tool of about `width` [px] in the box [[u0, v0], [u1, v1]]: {tip: [u, v], direction: unit vector in the image, width: as
+// seen [px], box: of the template [[u, v], [u, v]] in whole pixels, beyond: whether it shows what lies before the tip}. What is wrong
+// comes as {why}. `vague`: whether its end is hard to tell from what is behind it;
+// `nearer`: to how far from the object the tool has to come, so that its end is seen well enough [px]; null: it is near;
+// `sigma`: of the tip's way to the object by the camera's height [px]; `aside`: how much of its side is seen [px].
+// `view`: of setup_scene.js.
+export function findTip(grey, box, outline, width, isRound, view) {
   const d = directionTo(box, outline), n = [Math.abs(d[1]), Math.abs(d[0])], k = d[0] ? 0 : 1;
   const low = [0, 1].map((i) => Math.round(Math.min(box[0][i], box[1][i]))),
     high = [0, 1].map((i) => Math.round(Math.max(box[0][i], box[1][i])));
@@ -178,17 +185,22 @@ export function findTip(grey, box, outline, width, isRound, underside) {
     for (let s = -within; s <= within; ++s) sum += levelAt(grey, ...place(a, s));
     return sum / (2 * within + 1);
   });
-  const rough = endOf(along, long);
+  const rough = beforeStrip(grey, place, along, endOf(along, long), axis.width / 2);
   if (rough === null)
     return { why: "The tool's end is not seen in the box: enlarge it by 10 px towards the object, but not onto the object." };
-  const { end, vague } = isRound ? { end: rough, vague: false } : endAcross(grey, place, rough, within);
+  const { end, vague } = isRound ? { end: rough, vague: false } : endAcross(grey, place, rough, within, axis.width / 2);
   // The rows along a round tool end on its arc, on average before its apex.
   const seen = isRound ? end + (within * (within + 1)) / (3 * axis.width) : end, [ahead] = crossingsWith(outline, place(seen, 0), axis.d),
-    hidden = ahead ? underside * distance(place(seen, 0), ahead.at) : 0, face = faceOf(along, end);
+    gap = ahead ? distance(place(seen, 0), ahead.at) : 0, middle = [(grey.width - 1) / 2, (grey.height - 1) / 2],
+    level = ahead ? [0, 1].reduce((sum, i) => sum + (ahead.at[i] - middle[i]) * axis.d[i], 0) : 0,
+    { shift: seenBeyond, sigma: spread } = shiftOf(view, faceOf(along, end), gap, level);
+  const eye = ahead && view.upper ? highOf(grey, outline, place, axis, view.upper, level) : null;
+  const shift = seenBeyond + (eye === null ? 0 : (level - eye) * view.upper.tip),
+    sigma = Math.hypot(spread, eye === null ? view.tilt : (FAR_EDGE_PX / view.upper.far) * view.upper.tip);
   // A tool beside the middle of the image shows one of its sides, which lies towards the middle.
-  const [u, v] = place(seen, 0), off = ((grey.width - 1) / 2 - u) * -axis.d[1] + ((grey.height - 1) / 2 - v) * axis.d[0];
-  const aside = underside * Math.abs(off), extra = Math.min(Math.max(0, axis.width - width), aside);
-  const tip = place(seen - face * hidden, (-Math.sign(off) * extra) / 2);
+  const [u, v] = place(seen, 0), off = (middle[0] - u) * -axis.d[1] + (middle[1] - v) * axis.d[0];
+  const aside = view.underside * Math.abs(off), extra = Math.min(Math.max(0, axis.width - width), aside);
+  const tip = place(seen - shift, (-Math.sign(off) * extra) / 2);
   if (contains(outline, tip))
     return { why: 'The tip lies on the object: in the frozen image the tool must not touch it. Lift the tool and freeze again.' };
   const template = templateAt(grey, place, along, end, axis), entry = crossingsWith(outline, tip, axis.d)[0]?.at;
@@ -202,7 +214,8 @@ export function findTip(grey, box, outline, width, isRound, underside) {
     width: axis.width - extra,
     aside,
     vague,
-    nearer: face * hidden > SHIFT_PX ? SHIFT_PX / (face * underside) : null,
+    sigma,
+    nearer: seenBeyond > SHIFT_PX + 2 * spread ? SHIFT_PX / view.underside : null,
     roundness: roundnessOf(grey, place, end, along, axis.width),
     follow,
     box: cut,
@@ -210,21 +223,87 @@ export function findTip(grey, box, outline, width, isRound, underside) {
   };
 }
 
-// Returns the median of the end position of a flat tool over lines along it, each with its own
-// levels, because the background may have several parts. `vague`: too many lines show no end, or
-// another one.
-function endAcross(grey, place, rough, within) {
-  const ends = [];
-  for (let s = -within; s <= within; ++s) {
-    const mean = (from, to) => (levelAt(grey, ...place(from, s)) + levelAt(grey, ...place(to, s))) / 2;
-    const tool = mean(rough - 4, rough - 3), ground = mean(rough + 3, rough + 4), half = (tool + ground) / 2;
-    if (Math.abs(tool - ground) < MIN_STEP) continue;
-    for (let a = rough + 3; a > rough - 3; a -= 0.25) {
-      const [here, before] = [a, a - 0.25].map((at) => levelAt(grey, ...place(at, s)) - half);
-      if (here * before > 0 || here === before) continue;
-      ends.push(a - (0.25 * here) / (here - before));
-      break;
+// By how much the tip seems nearer to the pressed edge than it is [px], and its standard deviation, over what is known of the camera's
+// height above the edge. A camera below the tip sees the face of the tool's end, which is at `face` of its length the end that was found.
+// A camera above the edge sees the upper face of the object, so that the edge is found higher. `gap`: of tip and edge; `level`: of the
+// edge below the middle of the image, where a level camera has its own height [px]. A person who was asked to sets it to half the gap.
+export function shiftOf({ underside, raised, heightSigma, levelSigma }, face, gap, level) {
+  const isLevel = Math.abs(level - gap / 2) < CONSISTENT * Math.hypot(heightSigma, levelSigma);
+  const weight = isLevel ? heightSigma ** 2 / (heightSigma ** 2 + levelSigma ** 2) : 0, sigma = heightSigma * Math.sqrt(1 - weight);
+  const height = gap / 2 + weight * (level - gap / 2);
+  // Gauss-Hermite quadrature of three points over the height.
+  const places = [[-Math.sqrt(3), 1 / 6], [0, 2 / 3], [Math.sqrt(3), 1 / 6]].map(([k, part]) => [height + k * sigma, part]);
+  const values = places.map(([h, part]) => [face * underside * Math.max(0, gap - h) + raised * Math.max(0, h), part]);
+  const shift = values.reduce((sum, [value, part]) => sum + part * value, 0);
+  return { shift, sigma: Math.sqrt(values.reduce((sum, [value, part]) => sum + part * (value - shift) ** 2, 0)) };
+}
+
+// How high the camera is above the pressed edge of a block [px], as the far edge of its upper face shows it, whether the camera looks
+// level or not; null: there is no far edge where a camera that is about level would see it. `level`: the height of a level camera.
+function highOf(grey, outline, place, { d, width }, { far }, level) {
+  if (!(level * far > FAR_FROM_PX)) return null;
+  const found = [], long = Math.ceil(level * far * (1 + FAR_OFF)) + 4, first = Math.max(3, Math.floor(level * far * (1 - FAR_OFF)));
+  for (const side of [-1, 1]) {
+    for (let s = width / 2 + BESIDE_TOOL_PX; s < width / 2 + BESIDE_TOOL_PX + FAR_SPAN_PX; s += FAR_STRIP_PX) {
+      const edges = Array.from({ length: FAR_STRIP_PX }, (_, i) => crossingsWith(outline, place(0, side * (s + i)), d)[0]?.at);
+      if (edges.some((at) => !at)) continue;
+      // Levels away from the pressed edge, and the strongest change about where the far edge is expected.
+      const levels = Array.from({ length: long }, (_, a) =>
+        edges.reduce((sum, [u, v]) => sum + levelAt(grey, u - a * d[0], v - a * d[1]), 0) / FAR_STRIP_PX);
+      const changes = changesOf(levels), strength = changes.map((change, a) => (a >= first && a < long - 2 ? Math.abs(change) : 0));
+      const best = strength.indexOf(Math.max(...strength));
+      if (strength[best] > MIN_STEP / 4) found.push(peakAt(changes, best));
     }
+  }
+  if (found.length < 4) return null;
+  const apart = median(found), off = 1.4826 * median(found.map((value) => Math.abs(value - apart)));
+  return off < 2 * FAR_EDGE_PX ? apart / far : null;
+}
+
+// What is seen on both sides of the tool.
+const besideAt = (grey, place, a, half) =>
+  [-1, 1].map((side) => BESIDE_PX.reduce((sum, off) => sum + levelAt(grey, ...place(a, side * (half + off))), 0) / BESIDE_PX.length);
+
+// The end, or what looks like it: where what is seen along the tool is for some pixels before that what is seen beside it, such as the
+// background above the upper face of a block, the end is before these.
+function beforeStrip(grey, place, along, end, half) {
+  if (end === null) return null;
+  let a = Math.floor(end) - 1;
+  const isBehind = (i) => besideAt(grey, place, i, half).every((value) => Math.abs(value - along[i]) < MIN_STEP);
+  if (!isBehind(a)) return end;
+  while (a > 1 && isBehind(a)) --a;
+  return a > 1 ? a + 0.5 : end;
+}
+
+// A flat end line by line, each by its own levels, and their median: what is behind may be of several parts. Where an edge lies behind
+// the end, such as that of a block's upper face, it is seen beside the tool, too: what is seen there is taken off, and the end is where
+// half of the step from the tool to what is behind it on the same side of that edge is left. `vague`: too many lines show no end, or
+// another one.
+function endAcross(grey, place, rough, within, half) {
+  const ends = [], level = (a, s) => levelAt(grey, ...place(a, s)), mean = (from, to, s) => (level(from, s) + level(to, s)) / 2;
+  const beside = (a) => besideAt(grey, place, a, half), [before, beyond] = [rough - 3, rough + 3.5].map(beside);
+  const ahead = mean(rough + 3, rough + 4, 0), rise = beyond.map((value, i) => value - before[i]);
+  const isAcross =
+    rise[0] * rise[1] > 0 && rise.every((value, i) => Math.abs(value) > MIN_STEP && Math.abs(beyond[i] - ahead) < MIN_STEP);
+  // Where `share`, which grows towards the tool, is a half: from before the end backwards.
+  const halfWay = (share) => {
+    for (let a = rough + 3; a > rough - 3; a -= 0.25) {
+      const [here, earlier] = [a, a - 0.25].map((at) => share(at) - 0.5);
+      if (here * earlier <= 0 && here !== earlier) return a - (0.25 * here) / (here - earlier);
+    }
+    return null;
+  };
+  const edge = isAcross ? halfWay((a) => beside(a).reduce((sum, value, i) => sum + (beyond[i] - value) / rise[i] / 2, 0)) : null;
+  for (let s = -within; s <= within; ++s) {
+    const tool = mean(rough - 4, rough - 3, s), ground = mean(rough + 3, rough + 4, s);
+    const between = ([left, right]) => left + ((right - left) * (s + half)) / (2 * half);
+    const endBefore = (behind) => {
+      if (Math.abs(tool - behind) < MIN_STEP) return null;
+      return halfWay((a) => (level(a, s) - (edge === null ? behind : between(beside(a)))) / (tool - behind));
+    };
+    const near = endBefore(edge === null ? ground : between(before)), far = edge === null ? null : endBefore(between(beyond));
+    const found = far !== null && far > edge + BLUR_PX ? far : near;
+    if (found !== null) ends.push(found);
   }
   if (2 * ends.length < 2 * within + 1) return { end: rough, vague: true };
   const end = median(ends), off = 1.4826 * median(ends.map((value) => Math.abs(value - end)));

@@ -160,7 +160,9 @@ std::optional<SceneMistake> CompareTool(const Scene& scene, const CameraSense& s
                         .message = "another width than in the image",
                         .expected = LengthInWords(end->width * estimator.tool_view().pixel())};
   }
-  const bool is_elsewhere = std::abs(end->beyond) > CameraLimits::kToolElsewhere ||
+  // Two standard deviations of what the scene states of the anchor.
+  const double off_along = 2 * scene.sense.Find<TipTracking>()->anchor_tolerance;
+  const bool is_elsewhere = std::abs(end->beyond) > CameraLimits::kToolElsewhere + off_along ||
                             std::abs(end->aside) > CameraLimits::kToolElsewhere;
   if (!is_elsewhere || scene.tool->shape != Tool::Shape::kFlat) return std::nullopt;
   const Eigen::Vector2d off = end->beyond * d_I + end->aside * Eigen::Vector2d(-d_I.y(), d_I.x());

@@ -8,7 +8,7 @@ import path from 'node:path';
 
 const PAGE = path.resolve(import.meta.dirname, '../../../master/station/page'), load = (name) => import(path.join(PAGE, name));
 const { distance, nearestOn } = await load('setup_geometry.js');
-const { STEPS, angleAt, arcBetween, emptyAnswers, foundOf, isRound, mm, outlineOf, problemsAt, sceneOf, startOf, stepOfKey, toolPixelOf, undersideOf } = await load('setup_scene.js');
+const { STEPS, angleAt, arcBetween, emptyAnswers, foundOf, isRound, mm, outlineOf, problemsAt, sceneOf, startOf, stepOfKey, toolPixelOf, viewOf } = await load('setup_scene.js');
 const { findTip, greyOf, imageTrouble, ontoEdge } = await load('setup_tip.js');
 const { questionsAt, sentencesOf } = await load('setup_questions.js');
 const { callWords, mistakeWords } = await load('setup_text.js');
@@ -87,7 +87,7 @@ await answer('held');
 Object.assign(answers.material, { modulus: String(known.modulus), poisson: String(known.poisson), tolerance: '0' });
 await answer('material');
 Object.assign(answers.tool, { width: String(known.tool), shape: known.shape, by: known.by, depth: known.extent ? String(known.extent) : '', box: known.box });
-answers.tool.seen = findTip(grey, known.box, outlineOf(answers), mm(answers.tool.width) / toolPixelOf(answers), known.shape === 'round', undersideOf(answers));
+answers.tool.seen = findTip(grey, known.box, outlineOf(answers), mm(answers.tool.width) / toolPixelOf(answers), known.shape === 'round', viewOf(answers));
 await answer('tool');
 for (const step of ['held', 'object']) await answer(step);
 const { scene, files } = sceneOf(answers, cameraText.split('\n').filter(Boolean), png(answers.tool.seen.box));

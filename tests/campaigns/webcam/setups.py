@@ -3,7 +3,7 @@ import math
 
 import numpy as np
 
-from bodies import Block, Sheet, Tool
+from bodies import Block, Sheet, Tool, solid_share
 from render import Camera, at_depth, finer
 
 KINDS = ("block", "round", "disc", "trapezoid", "stick", "cube", "kidney", "arc", "clutter", "foam")
@@ -200,7 +200,8 @@ class Setup:
             unit = 1e-3 * self.modulus
         else:
             body = Sheet(self.outline, self.held, self.place, self.tool_width, self.poisson)
-            unit = 1e-3 * self.modulus * self.thickness
+            box = (self.width, self.height, self.thickness)
+            unit = 1e-3 * self.modulus * self.thickness * solid_share(box, self.place[0] - self.left, self.tool_width, self.poisson)
         return tips, [(unit * force, outline) for force, outline in body.press(self.tool, tips)]
 
     def clicks(self, seed):

@@ -146,6 +146,16 @@ TEST_F(SetupSessionTest, AToolThatIsNotTheOneInTheImageIsNamed) {
   const SceneMistake anchor = changed("anchor: [14.5, ", "anchor: [17.5, ");
   EXPECT_EQ(anchor.key, "sense.tip.anchor");
   EXPECT_THAT(anchor.expected, testing::ContainsRegex("-(2.[89]|3.[01]) px to the right"));
+  // A tip that is stated less exactly may lie farther from the end, along the tool.
+  std::ostringstream stated;
+  stated << kTip.y() - 80 << "]}";
+  const auto higher = [&](double tolerance) {
+    std::ostringstream shifted;
+    shifted << kTip.y() - 80 - 2 << "], anchor_tolerance: " << tolerance << " px}";
+    return changed(stated.str(), shifted.str()).key;
+  };
+  EXPECT_EQ(higher(0.3), "sense.tip.anchor");
+  EXPECT_EQ(higher(0.7), "");
 }
 
 TEST_F(SetupSessionTest, OtherCamerasFoldersAndFilesAreRefused) {
