@@ -36,7 +36,9 @@ class LinearSolver {
     bool single = false;
     // Large bodies get one, of single precision, once it is worth its time.
     bool late_factor = false;
-    double max_flops = kAnyFlops;        // of a factor that goes first
+    double max_flops = kAnyFlops;  // of a factor that goes first
+    // Grids are given every matrix by Follow, and iterate with their copy of it.
+    bool follows = false;
     SearchProgress* progress = nullptr;  // asked on the way whether to stop; may be null
   };
   LinearSolver(const FemBody& body, const Params& params);
@@ -45,7 +47,7 @@ class LinearSolver {
   void Renew() noexcept { due_ = true; }
   // The set of fixed components has changed as well.
   void Reset() noexcept;
-  // The matrix or the fixed components changed so little that a factor serves. Grids follow them.
+  // The matrix or the fixed components changed so little that a factor serves. Grids take them.
   void Follow() noexcept { follows_ = true; }
   // A x = b: `r` is P^T (b - A x) on entry and exit, x changes within the possible motions until
   // the norm of r is at most `target`. Allocation-free.
@@ -67,6 +69,9 @@ class LinearSolver {
   void Precondition(const Constraints& constraints, const NodeVector& r, NodeVector& z) noexcept;
   SolveOutcome Iterate(const BlockMatrix& A, const Constraints& constraints, NodeVector& r,
                        NodeVector& x, double target) noexcept;
+  SolveOutcome IterateOnGrids(NodeVector& r, NodeVector& x, double target) noexcept;
+  // Iterations that are worth making.
+  [[nodiscard]] int Most() const;
   void CountAge(int iterations, double digits) noexcept;
   // `turns_`: how each node has turned since the matrix of the factor.
   void FindTurns() noexcept;
@@ -81,6 +86,7 @@ class LinearSolver {
   const FemBody& body_;
   SearchProgress* progress_;
   bool direct_ = false;
+  bool follows_all_ = false;          // see Params
   bool late_factor_ = false;          // the grids go first
   bool factorable_ = true;            // as far as is known
   int spent_ = 0;                     // iterations with the grids
