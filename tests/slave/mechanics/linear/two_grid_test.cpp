@@ -114,7 +114,7 @@ TEST(TwoGrid, NeedsAboutAsManyIterationsOnFinerGrids) {
 }
 
 // Law: the residual that iterations in single precision state is that of their solution, computed
-// in double precision, to a hundredth down to 1e-4 of the right side (rounding leaves 1e-6); two
+// in double precision, to a hundredth down to 1e-3 of the right side (rounding leaves 1e-6); two
 // rows that move in a plane only stay in it. No allocation.
 TEST(TwoGrid, IterationsInSinglePrecisionLeaveWhatTheyState) {
   const Springs springs(12, 0.01);
@@ -139,7 +139,7 @@ TEST(TwoGrid, IterationsInSinglePrecisionLeaveWhatTheyState) {
   const long before = AllocationCount();
   grids.Begin(r);
   int iterations = 0;
-  for (; grids.residual() > 1e-4 * Norm(b) && iterations < 50; ++iterations) {
+  for (; grids.residual() > 1e-3 * Norm(b) && iterations < 50; ++iterations) {
     ASSERT_GT(grids.Iterate(), 0);
   }
   const double stated = grids.residual();
