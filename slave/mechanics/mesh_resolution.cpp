@@ -52,7 +52,61 @@ constexpr double kEnd = 0.25;
 using fem::Double8;
 using Loose8 [[gnu::vector_size(64), gnu::may_alias, gnu::aligned(8)]] = double;
 
-// Strains of eight elements, at the corners or constant.
+// How strains are turned and weighted.
+struct Weights {
+  double shear, bulk;  // roots of 2 mu and K
+  const double* axes;  // as rows; null: none
+};
+
+PALPATE_INLINE fem::Lanes3x3 Product(const fem::Lanes3x3& a, const fem::Lanes3x3& b) {
+  fem::Lanes3x3 c;
+  for (std::size_t i = 0; i < 3; ++i) {
+    for (std::size_t j = 0; j < 3; ++j) {
+      c[i][j] = a[i][0] * b[0][j] + a[i][1] * b[1][j] + a[i][2] * b[2][j];
+    }
+  }
+  return c;
+}
+
+// The strains of eight gradients H, column by column: E - E^2 / 2, E = (H + H^T + H^T H) / 2.
+PALPATE_DISPATCHED void WeighStrains(const Weights& weights, const double* gradients,
+                                     double* strains) {
+  fem::Lanes3x3 H, Ht, E;
+  for (std::size_t k = 0; k < 9; ++k) {
+    for (std::size_t l = 0; l < 8; ++l) H[k % 3][k / 3][l] = gradients[9 * l + k];
+    Ht[k / 3][k % 3] = H[k % 3][k / 3];
+  }
+  const fem::Lanes3x3 square = Product(Ht, H);
+  for (std::size_t i = 0; i < 3; ++i) {
+    for (std::size_t j = 0; j < 3; ++j) E[i][j] = 0.5 * (H[i][j] + Ht[i][j] + square[i][j]);
+  }
+  fem::Lanes3x3 strain = Product(E, E);
+  for (std::size_t i = 0; i < 3; ++i) {
+    for (std::size_t j = 0; j < 3; ++j) strain[i][j] = E[i][j] - 0.5 * strain[i][j];
+  }
+  if (weights.axes != nullptr) {
+    fem::Lanes3x3 R, Rt;
+    for (std::size_t k = 0; k < 9; ++k) {
+      R[k % 3][k / 3] = Rt[k / 3][k % 3] = Double8{} + weights.axes[k];
+    }
+    strain = Product(Product(R, strain), Rt);
+  }
+  const Double8 trace = strain[0][0] + strain[1][1] + strain[2][2];
+  const double root = std::numbers::sqrt2 * weights.shear;
+  const std::array<Double8, 8> weighted{weights.shear * (strain[0][0] - trace / 3),
+                                        weights.shear * (strain[1][1] - trace / 3),
+                                        weights.shear * (strain[2][2] - trace / 3),
+                                        root * strain[0][1],
+                                        root * strain[0][2],
+                                        root * strain[1][2],
+                                        weights.bulk * trace,
+                                        Double8{}};
+  for (std::size_t l = 0; l < 8; ++l) {
+    for (std::size_t c = 0; c < 8; ++c) strains[8 * l + c] = weighted[c][l];
+  }
+}
+
+// Eight components each, at the corners of elements or once for all of them.
 struct Strains {
   const double* values;
   int per_element;
@@ -148,7 +202,7 @@ StrainResolution::StrainResolution(const TetMesh& mesh, const HeldNodes& held, d
       points_(mesh.nodes),
       elements_(Index(mesh.element_count())),
       means_(elements_.size()),
-      strains_(elements_.size() * (quadratic_ ? 4 : 1)),
+      strains_((elements_.size() * (quadratic_ ? 4 : 1) + 7) / 8 * 8),
       volumes_(elements_.size()),
       energies_(elements_.size()) {
   double volume = 0, area = 0;
@@ -238,8 +292,14 @@ double StrainResolution::Softness(std::span<const Vector3d> u, std::span<const i
   if (!slender_) return 0;
   const std::size_t per_element = quadratic_ ? 4 : 1;
   const int count = static_cast<int>(elements_.size());
-  for (std::size_t e = 0; e < elements_.size(); ++e) {
-    FindStrains(elements_[e], u, &strains_[per_element * e]);
+  const Weights weights{shear_root_, bulk_root_, length_ > 0 ? axes_.data() : nullptr};
+  std::array<Matrix3d, 8> gradients;
+  for (std::size_t first = 0; first < strains_.size(); first += 8) {
+    for (std::size_t k = 0; k < 8; k += per_element) {
+      const std::size_t e = std::min((first + k) / per_element, elements_.size() - 1);
+      FindGradients(elements_[e], u, &gradients[k]);
+    }
+    WeighStrains(weights, gradients.front().data(), strains_[first].data());
   }
   const Strains strains{strains_.front().data(), static_cast<int>(per_element), means_.data()};
   auto* const means = reinterpret_cast<Loose8*>(mean_.front().data());
@@ -302,22 +362,11 @@ void StrainResolution::MarkContacts(std::span<const int> touched) {
   }
 }
 
-StrainResolution::Strain StrainResolution::StrainOf(const Matrix3d& gradient) const noexcept {
-  const Matrix3d& H = gradient;
-  const Matrix3d green = 0.5 * (H + H.transpose() + H.transpose() * H);
-  Matrix3d strain = green - 0.5 * green * green;
-  if (length_ > 0) strain = axes_ * strain * axes_.transpose();
-  const double trace = strain.trace(), root = std::numbers::sqrt2 * shear_root_;
-  Strain weighted;
-  weighted << shear_root_ * (strain.diagonal().array() - trace / 3).matrix(), root * strain(0, 1),
-      root * strain(0, 2), root * strain(1, 2), bulk_root_ * trace, 0;
-  return weighted;
-}
-
-// Green-Lagrange strains at the corners. Gradients of the shape functions there: for l_a (2 l_a -
-// 1), 3 g_a at its own corner and -g_a at others; for 4 l_i l_j, 4 g_j at i and 4 g_i at j.
-void StrainResolution::FindStrains(const Element& element, std::span<const Vector3d> u,
-                                   Strain* strains) const noexcept {
+// Of the displacement, at the corners that differ. Gradients of the shapes there: of
+// l_a (2 l_a - 1) 3 g_a at its own corner and -g_a at others, of 4 l_i l_j 4 g_j at i and 4 g_i at
+// j.
+void StrainResolution::FindGradients(const Element& element, std::span<const Vector3d> u,
+                                     Matrix3d* gradients) const noexcept {
   const auto& g = element.geometry.grad;
   const auto moved = [&](int a) -> const Vector3d& { return u[Index(element.nodes[Index(a)])]; };
   Matrix3d common = Matrix3d::Zero();
@@ -325,11 +374,10 @@ void StrainResolution::FindStrains(const Element& element, std::span<const Vecto
     common.noalias() += (quadratic_ ? -1 : 1) * moved(a) * g.col(a).transpose();
   }
   if (!quadratic_) {
-    *strains = StrainOf(common);
+    *gradients = common;
     return;
   }
-  std::array<Matrix3d, 4> gradients;
-  gradients.fill(common);
+  std::fill_n(gradients, 4, common);
   for (int a = 0; a < 4; ++a) {
     gradients[Index(a)].noalias() += 4 * moved(a) * g.col(a).transpose();
   }
@@ -338,7 +386,6 @@ void StrainResolution::FindStrains(const Element& element, std::span<const Vecto
     gradients[Index(i)].noalias() += 4 * moved(4 + e) * g.col(j).transpose();
     gradients[Index(j)].noalias() += 4 * moved(4 + e) * g.col(i).transpose();
   }
-  std::ranges::transform(gradients, strains, [this](const Matrix3d& H) { return StrainOf(H); });
 }
 
 // The result is relative to E. Uniaxial stress and shear along the bar have no restraint. With all

@@ -109,9 +109,8 @@ class StrainResolution {
   };
   // Components whose squares add up to twice a strain's energy: deviator, shear, volume.
   using Strain = Eigen::Matrix<double, 8, 1>;
-  [[nodiscard]] Strain StrainOf(const Eigen::Matrix3d& gradient) const noexcept;
-  void FindStrains(const Element& element, std::span<const Eigen::Vector3d> u,
-                   Strain* strains) const noexcept;
+  void FindGradients(const Element& element, std::span<const Eigen::Vector3d> u,
+                     Eigen::Matrix3d* gradients) const noexcept;
   [[nodiscard]] double TwiceRestraint(const Strain& strain) const noexcept;
   void FindBar(const HeldNodes& held);
   void NumberMeans();

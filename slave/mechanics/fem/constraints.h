@@ -97,6 +97,8 @@ class Constraints {
   // The force of contact k, where `force` contains the nodal forces of contacts and supports.
   [[nodiscard]] Eigen::Vector3d Sum(int k, const NodeVector& force) const noexcept;
   [[nodiscard]] bool has_free_motions() const { return motion_count_ > 0; }
+  // P is one of each node: held() says all of it.
+  [[nodiscard]] bool AreOfNodes() const { return held_.sums.empty() && motion_count_ == 0; }
   // The largest part of a free motion in `force`, of the forces' sizes together.
   [[nodiscard]] double Imbalance(const NodeVector& force) const noexcept;
   [[nodiscard]] const HeldComponents& held() const { return held_; }

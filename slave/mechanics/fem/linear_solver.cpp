@@ -26,9 +26,11 @@ constexpr double kLateSpeed = 600;
 // constraints, and iterating on it would spoil the answer.
 constexpr double kRounding = 2e-15;
 constexpr double kTiny = 1e-300;
-constexpr double kGridsWorth = 12;  // iterations that new grids must save
-// Number of solutions over which a factor is replaced step by step, and the fraction of its cost
-// after which the replacement begins early. [tuned: SwingingStep]
+// Of a right side, from which on single precision does for its solution: it leaves 1e-6. [-]
+constexpr double kSingleDigits = 1e-4;
+constexpr double kGridsWorth = 20;  // iterations that new grids must save: their time
+// Solutions in which a factor is replaced, and the share of its worth from which on it is: it ages
+// meanwhile. [tuned: SwingingStep]
 constexpr double kParts = 8, kEarly = 0.5;
 constexpr int kMaxIterations = 20'000;
 constexpr int kMaxWithFactor = 400;  // iterations with a factor above which a new one is made
@@ -63,6 +65,7 @@ constexpr double kIndependent = 1e-8;
 LinearSolver::LinearSolver(const FemBody& body, const Params& params)
     : body_(body),
       progress_(params.progress),
+      follows_all_(params.follows),
       inverse_blocks_(9 * Index(body.moving())),
       z_(Index(body.size())),
       p_(Index(body.size())),
@@ -308,10 +311,12 @@ void LinearSolver::Precondition(const Constraints& constraints, const NodeVector
 
 SolveOutcome LinearSolver::Iterate(const BlockMatrix& A, const Constraints& constraints,
                                    NodeVector& r, NodeVector& x, double target) noexcept {
+  if (follows_all_ && kind_ == Kind::kGrids && constraints.AreOfNodes() &&
+      target > kSingleDigits * Norm(r)) {
+    return IterateOnGrids(r, x, target);
+  }
   SolveOutcome outcome;
-  int most = has_factor() ? kMaxWithFactor : kMaxIterations;
-  const bool grows = !has_factor() && late_factor_ && factorable_;
-  if (grows) most = std::max(0, late_worth_ - spent_);
+  const int most = Most();
   double best = Norm(r);
   const double reachable = std::max(target, kRounding * best);
   int best_at = 0;
@@ -351,7 +356,34 @@ SolveOutcome LinearSolver::Iterate(const BlockMatrix& A, const Constraints& cons
     Add(rho / curvature, p_, x);
     Add(-rho / curvature, q_, r);
   }
-  if (grows) spent_ += outcome.iterations;
+  if (!has_factor()) spent_ += outcome.iterations;
+  return outcome;
+}
+
+int LinearSolver::Most() const {
+  if (has_factor()) return kMaxWithFactor;
+  return late_factor_ && factorable_ ? std::max(0, late_worth_ - spent_) : kMaxIterations;
+}
+
+SolveOutcome LinearSolver::IterateOnGrids(NodeVector& r, NodeVector& x, double target) noexcept {
+  SolveOutcome outcome;
+  const int most = Most();
+  for (grids_->Begin(r); outcome.iterations < most; ++outcome.iterations) {
+    const double size = grids_->residual();
+    outcome.converged = size <= target;
+    if (outcome.converged) break;
+    if (progress_ != nullptr) {
+      progress_->ReachInner(size, target);
+      if (!progress_->Continue() || progress_->late()) break;
+    }
+    if (!std::isfinite(size) || outcome.iterations > kMaxStagnant) break;
+    const double positive = grids_->Iterate();
+    if (positive > 0) continue;
+    outcome.indefinite = positive != 0;
+    break;
+  }
+  grids_->End(r, x);
+  spent_ += outcome.iterations;
   return outcome;
 }
 

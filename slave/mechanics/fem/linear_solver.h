@@ -37,8 +37,10 @@ class LinearSolver {
     bool single = false;
     // Large bodies get a single-precision factor when it saves time.
     bool late_factor = false;
-    double max_flops = kAnyFlops;  // largest cost of a factor that is made at once [operations]
-    SearchProgress* progress = nullptr;  // queried for a stop request during the work; may be null
+    double max_flops = kAnyFlops;  // of a factor that goes first
+    // Grids are given every matrix by Follow, and iterate with their copy of it.
+    bool follows = false;
+    SearchProgress* progress = nullptr;  // asked on the way whether to stop; may be null
   };
   LinearSolver(const FemBody& body, const Params& params);
 
@@ -46,7 +48,7 @@ class LinearSolver {
   void Renew() noexcept { due_ = true; }
   // The set of fixed components has changed as well.
   void Reset() noexcept;
-  // The matrix or the fixed components changed so little that a factor serves. Grids follow them.
+  // The matrix or the fixed components changed so little that a factor serves. Grids take them.
   void Follow() noexcept { follows_ = true; }
   // A x = b: `r` is P^T (b - A x) on entry and exit, x changes within the possible motions until
   // the norm of r is at most `target`. Allocation-free.
@@ -68,6 +70,9 @@ class LinearSolver {
   void Precondition(const Constraints& constraints, const NodeVector& r, NodeVector& z) noexcept;
   SolveOutcome Iterate(const BlockMatrix& A, const Constraints& constraints, NodeVector& r,
                        NodeVector& x, double target) noexcept;
+  SolveOutcome IterateOnGrids(NodeVector& r, NodeVector& x, double target) noexcept;
+  // Iterations that are worth making.
+  [[nodiscard]] int Most() const;
   void CountAge(int iterations, double digits) noexcept;
   // Computes `turns_`: the rotation of each node since the matrix of the factor.
   void FindTurns() noexcept;
@@ -82,8 +87,9 @@ class LinearSolver {
   const FemBody& body_;
   SearchProgress* progress_;
   bool direct_ = false;
-  bool late_factor_ = false;          // the grids are used first
-  bool factorable_ = true;            // as far as known
+  bool follows_all_ = false;          // see Params
+  bool late_factor_ = false;          // the grids go first
+  bool factorable_ = true;            // as far as is known
   int spent_ = 0;                     // iterations with the grids
   int late_worth_ = 0;                // of the late factor, in such
   std::optional<HeldTangent> upper_;  // of the matrix that is factored

@@ -42,6 +42,20 @@ PALPATE_INLINE Lanes3x3 CofactorOf(const Lanes3x3& F) {
   return C;
 }
 
+// log(1 + x), x > -1: twice the inverse hyperbolic tangent of x / (2 + x) by its series, which is
+// exact to rounding where that is at most a third; else from the library.
+PALPATE_INLINE Double8 LogOfOnePlus(const Double8& x) {
+  constexpr int kLast = 31;
+  const Double8 s = x / (x + 2), square = s * s;
+  Double8 sum = Double8{} + 1.0 / kLast;
+  for (int k = kLast - 2; k > 0; k -= 2) sum = sum * square + 1.0 / k;
+  Double8 logarithm = 2 * s * sum;
+  for (int l = 0; l < kLanes; ++l) {
+    if (!(square[l] <= 1.0 / 9)) logarithm[l] = std::log1p(x[l]);
+  }
+  return logarithm;
+}
+
 // Evaluates the law from H = F - I, so that strains of 1e-18 keep their digits.
 PALPATE_INLINE NeoHookeanPoint NeoHookeanAt(const NeoHookeanModuli& law, const Lanes3x3& H) {
   const Lanes3x3 minors = CofactorOf(H);
@@ -52,8 +66,7 @@ PALPATE_INLINE NeoHookeanPoint NeoHookeanAt(const NeoHookeanModuli& law, const L
   for (const auto& row : H) stretch += row[0] * row[0] + row[1] * row[1] + row[2] * row[2];
   NeoHookeanPoint at;
   at.determinant = 1 + g;
-  Double8 logarithm;
-  for (int l = 0; l < kLanes; ++l) logarithm[l] = std::log1p(0.25 * stretch[l]);
+  const Double8 logarithm = LogOfOnePlus(0.25 * stretch);
   at.energy = 0.5 * law.m * (stretch - logarithm) - 0.75 * law.m * g + 0.5 * law.k * g * g;
   const Double8 inverse = 1 / (stretch + 4);
   const Double8 excess = 0.25 * law.m * stretch * inverse;

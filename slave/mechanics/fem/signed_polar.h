@@ -17,7 +17,6 @@
 
 namespace palpate::fem {
 
-using Lanes3x3 = std::array<std::array<Double8, 3>, 3>;
 struct LaneQuaternion {
   Double8 s, x, y, z;
 };

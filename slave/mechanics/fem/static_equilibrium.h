@@ -98,7 +98,9 @@ class StaticEquilibrium {
   LinearSolver solver_;
   bool is_current_ = false;     // forces and energy are those of u_
   bool has_tangent_ = false;    // the tangent is that of u_
+  bool is_near_ = false;        // the tangent is that of u_ or of the step before
   bool keeps_tangent_ = false;  // one more step uses the tangent of an earlier u
+  bool is_predicted_ = false;   // the step of the query is small
   NodeVector u_, last_u_, good_u_, f_ext_, last_f_, f_int_, r_, x_, lift_, trial_, reaction_;
   // Motion of a query: of all nodes, and of the nodes that contacts prescribe.
   struct Motion {

@@ -187,20 +187,36 @@ PALPATE_DISPATCHED void EvaluateGroups(TetGroup* groups, const NodeValue* u, con
   }
 }
 
-// Adds the block of one pair of corners of eight elements. A column is read and written together
-// with the next number in memory, which keeps its value, because all are read before any is
-// written.
+// Four numbers of each of eight elements, element by element.
+PALPATE_INLINE void Transpose(const Double8& a, const Double8& b, const Double8& c,
+                              const Double8& d, std::array<Double4, kLanes>* of) {
+  const Double8 ab0 = __builtin_shufflevector(a, b, 0, 8, 2, 10, 4, 12, 6, 14);
+  const Double8 ab1 = __builtin_shufflevector(a, b, 1, 9, 3, 11, 5, 13, 7, 15);
+  const Double8 cd0 = __builtin_shufflevector(c, d, 0, 8, 2, 10, 4, 12, 6, 14);
+  const Double8 cd1 = __builtin_shufflevector(c, d, 1, 9, 3, 11, 5, 13, 7, 15);
+  (*of)[0] = __builtin_shufflevector(ab0, cd0, 0, 1, 8, 9);
+  (*of)[1] = __builtin_shufflevector(ab1, cd1, 0, 1, 8, 9);
+  (*of)[2] = __builtin_shufflevector(ab0, cd0, 2, 3, 10, 11);
+  (*of)[3] = __builtin_shufflevector(ab1, cd1, 2, 3, 10, 11);
+  (*of)[4] = __builtin_shufflevector(ab0, cd0, 4, 5, 12, 13);
+  (*of)[5] = __builtin_shufflevector(ab1, cd1, 4, 5, 12, 13);
+  (*of)[6] = __builtin_shufflevector(ab0, cd0, 6, 7, 14, 15);
+  (*of)[7] = __builtin_shufflevector(ab1, cd1, 6, 7, 14, 15);
+}
+
+// Adds the block of one pair of corners of eight elements. Neighbours add to the same one: a number
+// is always written and read with the same others, else the processor waits for the memory.
 PALPATE_INLINE void AddBlocks(const std::array<int, kLanes>& blocks, const Lanes3x3& K,
                               double* values) {
+  std::array<Double4, kLanes> first, second;
+  Transpose(K[0][0], K[1][0], K[2][0], K[0][1], &first);
+  Transpose(K[1][1], K[2][1], K[0][2], K[1][2], &second);
 #pragma GCC unroll 8
   for (int l = 0; l < kLanes; ++l) {
     double* to = values + 9 * static_cast<std::ptrdiff_t>(blocks[Index(l)]);
-    const Double4 c0 = Load4(to) + Double4{K[0][0][l], K[1][0][l], K[2][0][l], 0};
-    const Double4 c1 = Load4(to + 3) + Double4{K[0][1][l], K[1][1][l], K[2][1][l], 0};
-    const Double4 c2 = Load4(to + 6) + Double4{K[0][2][l], K[1][2][l], K[2][2][l], 0};
-    Store4(to, c0);
-    Store4(to + 3, c1);
-    Store4(to + 6, c2);
+    Store4(to, Load4(to) + first[Index(l)]);
+    Store4(to + 4, Load4(to + 4) + second[Index(l)]);
+    to[8] += K[2][2][l];
   }
 }
 

@@ -2,7 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numeric>
+#include <map>
+#include <utility>
 
 #include <Eigen/Geometry>
 #include <Eigen/LU>
@@ -16,88 +17,131 @@ namespace {
 
 using Eigen::Vector3d;
 
-constexpr int kNodesPerVertex = 27;  // fine nodes per coarse vertex: three along each axis
-constexpr int kMaxVertices = 2000;   // largest coarse grid whose band matrix fits in the cache
-constexpr double kFiner = 1.05;      // ratio of successive trial grids
-constexpr double kMinShift = 1e-9;   // of the coarse diagonal, for corners that few nodes share
+constexpr int kNodesPerVertex = 27;  // of the fine grid to the coarse one: three along each axis
+constexpr int kMaxVertices = 2000;   // whose band fits in the cache
+constexpr double kFiner = 1.05;      // from one grid that is tried to the next
+constexpr double kMinShift = 1e-6;   // of the coarse diagonal: what rounding may take from it
 constexpr double kMaxShift = 1e-4;
 
-using Float4 [[gnu::vector_size(16), gnu::may_alias, gnu::aligned(4)]] = float;
+struct Cubes {
+  const int* begin;                    // per cube: its first node
+  const std::array<int, 8>* vertices;  // per cube
+  const CubeNode* nodes;
+  const GridPlace* places;  // per row
+  int count;
+};
 
-PALPATE_INLINE Float4 Load(const float* p) {
-  return *reinterpret_cast<const Float4*>(p);
-}
-PALPATE_INLINE void Store(float* p, const Float4& values) {
-  *reinterpret_cast<Float4*>(p) = values;
-}
-PALPATE_INLINE Float4 Times(const float* block, const float* x) {
-  return Load(block) * x[0] + Load(block + 3) * x[1] + Load(block + 6) * x[2];
-}
-// Returns the sum of the blocks [first, last) times x of their columns.
-PALPATE_INLINE Float4 Product(const int* column, const float* values, int first, int last,
-                              const float* x) {
-  Float4 sum0{}, sum1{}, sum2{};
-  for (int k = first; k < last; ++k) {
-    const float* block = values + 9 * static_cast<std::size_t>(k);
-    const float* xj = x + 4 * static_cast<std::size_t>(column[k]);
-    sum0 += Load(block) * xj[0];
-    sum1 += Load(block + 3) * xj[1];
-    sum2 += Load(block + 6) * xj[2];
-  }
-  return sum0 + sum1 + sum2;
-}
-
-// Solves (D + L) z = r from z = 0, and computes the remaining residual.
-PALPATE_DISPATCHED void SweepForward(const int* begin, const int* column, const int* diagonal,
-                                     const float* values, const float* inverse, int rows,
-                                     const float* r, float* z, float* left) {
-  for (int i = 0; i < rows; ++i) {
-    const auto at = static_cast<std::size_t>(i);
-    float rest[4];
-    Store(rest, Load(r + 4 * at) - Product(column, values, begin[i], diagonal[i], z));
-    Store(z + 4 * at, Times(inverse + 9 * at, rest));
-  }
-  for (int i = 0; i < rows; ++i) {
-    const auto at = 4 * static_cast<std::size_t>(i);
-    Store(left + at, -Product(column, values, diagonal[i] + 1, begin[i + 1], z));
-  }
-}
-
-PALPATE_DISPATCHED void SweepBackward(const int* begin, const int* column, const int* diagonal,
-                                      const float* values, const float* inverse, int rows,
-                                      const float* r, float* z) {
-  for (int i = rows - 1; i >= 0; --i) {
-    const auto at = static_cast<std::size_t>(i);
-    float rest[4];
-    Store(rest, Load(r + 4 * at) - Product(column, values, begin[i], diagonal[i], z) -
-                    Product(column, values, diagonal[i] + 1, begin[i + 1], z));
-    Store(z + 4 * at, Times(inverse + 9 * at, rest));
-  }
-}
-
-// coarse += P^T left, of the free components.
-PALPATE_DISPATCHED void Restrict(const GridPlace* places, const NodeValue* free, const float* left,
-                                 std::size_t rows, NodeValue* coarse) {
-  for (std::size_t i = 0; i < rows; ++i) {
-    const GridPlace& place = places[i];
-    const float* x = left + 4 * i;
-    const Double4 value = Load4(free[i].v) * Double4{x[0], x[1], x[2], 0};
-    for (std::size_t b = 0; b < 8; ++b) {
-      double* sum = coarse[place.vertex[b]].v;
-      Store4(sum, Load4(sum) + place.weight[b] * value);
+// coarse = P^T x
+PALPATE_DISPATCHED void Restrict(const Cubes& cubes, const float* x, float* coarse) {
+  for (int cube = 0; cube < cubes.count; ++cube) {
+    Float16 low{}, high{};
+    for (int n = cubes.begin[cube]; n < cubes.begin[cube + 1]; ++n) {
+      const CubeNode& node = cubes.nodes[n];
+      const Float8 w = *reinterpret_cast<const LooseFloat8*>(cubes.places[node.row].weight.data());
+      const Float4 of = LoadSingles(x + node.place);
+      const Float16 all =
+          __builtin_shufflevector(of, of, 0, 1, 2, 3, 0, 1, 2, 3, 0, 1, 2, 3, 0, 1, 2, 3);
+      low += all * __builtin_shufflevector(w, w, 0, 0, 0, 0, 1, 1, 1, 1, 2, 2, 2, 2, 3, 3, 3, 3);
+      high += all * __builtin_shufflevector(w, w, 4, 4, 4, 4, 5, 5, 5, 5, 6, 6, 6, 6, 7, 7, 7, 7);
+    }
+    float sums[32];
+    *reinterpret_cast<LooseFloat16*>(sums) = low;
+    *reinterpret_cast<LooseFloat16*>(sums + 16) = high;
+    for (int b = 0; b < 8; ++b) {
+      float* to = coarse + 3 * static_cast<std::ptrdiff_t>(
+                                   cubes.vertices[cube][static_cast<std::size_t>(b)]);
+      for (int c = 0; c < 3; ++c) to[c] += sums[4 * b + c];
     }
   }
 }
 
-// z += P coarse, of the free components.
-PALPATE_DISPATCHED void Prolongate(const GridPlace* places, const NodeValue* free,
-                                   const NodeValue* coarse, std::size_t rows, float* z) {
-  for (std::size_t i = 0; i < rows; ++i) {
-    const GridPlace& place = places[i];
-    Double4 sum{};
-    for (std::size_t b = 0; b < 8; ++b) sum += place.weight[b] * Load4(coarse[place.vertex[b]].v);
-    Store(z + 4 * i, Load(z + 4 * i) + __builtin_convertvector(Load4(free[i].v) * sum, Float4));
+// x = P coarse
+PALPATE_DISPATCHED void Prolongate(const Cubes& cubes, const float* coarse, float* x) {
+  for (int cube = 0; cube < cubes.count; ++cube) {
+    Float4 at[8];
+    for (int b = 0; b < 8; ++b) {
+      at[b] = LoadSingles(coarse + 3 * static_cast<std::ptrdiff_t>(
+                                           cubes.vertices[cube][static_cast<std::size_t>(b)]));
+    }
+    for (int n = cubes.begin[cube]; n < cubes.begin[cube + 1]; ++n) {
+      const CubeNode& node = cubes.nodes[n];
+      const float* t = node.t;
+      const Float4 y0 = at[0] + t[0] * (at[1] - at[0]), y1 = at[2] + t[0] * (at[3] - at[2]);
+      const Float4 y2 = at[4] + t[0] * (at[5] - at[4]), y3 = at[6] + t[0] * (at[7] - at[6]);
+      const Float4 z0 = y0 + t[1] * (y1 - y0), z1 = y2 + t[1] * (y3 - y2);
+      StoreSingles(x + node.place, z0 + t[2] * (z1 - z0));
+    }
   }
+}
+
+// Solves L L^T x = x. Columns of L below the diagonal, each `width` long, after the inverse of the
+// diagonal; x has room for `width` more numbers.
+PALPATE_DISPATCHED void SolveBand(const float* inverse, const float* below, int width, int order,
+                                  float* x) {
+  for (int j = 0; j < order; ++j) {
+    const float* column = below + static_cast<std::ptrdiff_t>(j) * width;
+    const float xj = x[j] *= inverse[j];
+    for (int k = 0; k < width; k += 16) {
+      auto* at = reinterpret_cast<LooseFloat16*>(x + j + 1 + k);
+      *at -= *reinterpret_cast<const LooseFloat16*>(column + k) * xj;
+    }
+  }
+  for (int j = order - 1; j >= 0; --j) {
+    const float* column = below + static_cast<std::ptrdiff_t>(j) * width;
+    Float16 even{}, odd{};
+    for (int k = 0; k < width; k += 32) {
+      even += *reinterpret_cast<const LooseFloat16*>(column + k) *
+              *reinterpret_cast<const LooseFloat16*>(x + j + 1 + k);
+      odd += *reinterpret_cast<const LooseFloat16*>(column + k + 16) *
+             *reinterpret_cast<const LooseFloat16*>(x + j + 17 + k);
+    }
+    const Float16 sum = even + odd;
+    const Float8 half = __builtin_shufflevector(sum, sum, 0, 1, 2, 3, 4, 5, 6, 7) +
+                        __builtin_shufflevector(sum, sum, 8, 9, 10, 11, 12, 13, 14, 15);
+    const Float4 four = __builtin_shufflevector(half, half, 0, 1, 2, 3) +
+                        __builtin_shufflevector(half, half, 4, 5, 6, 7);
+    x[j] = inverse[j] * (x[j] - ((four[0] + four[1]) + (four[2] + four[3])));
+  }
+}
+
+PALPATE_INLINE double SumOf(const Float16& x) {
+  double sum = 0;
+  for (int k = 0; k < 16; ++k) sum += static_cast<double>(x[k]);
+  return sum;
+}
+
+PALPATE_DISPATCHED double DotOf(const Float16* a, const Float16* b, std::size_t count) {
+  Float16 even{}, odd{};
+  std::size_t g = 0;
+  for (; g + 2 <= count; g += 2) even += a[g] * b[g], odd += a[g + 1] * b[g + 1];
+  for (; g < count; ++g) even += a[g] * b[g];
+  return SumOf(even + odd);
+}
+
+// p = z + beta p, q = Az + beta q. Returns p . q.
+PALPATE_DISPATCHED double NextDirection(const Float16* z, const Float16* Az, float beta, Float16* p,
+                                        Float16* q, std::size_t count) {
+  Float16 sum{};
+  for (std::size_t g = 0; g < count; ++g) {
+    const Float16 next = z[g] + beta * p[g], product = Az[g] + beta * q[g];
+    p[g] = next;
+    q[g] = product;
+    sum += next * product;
+  }
+  return SumOf(sum);
+}
+
+// x += alpha p, r -= alpha q. Returns r . r.
+PALPATE_DISPATCHED double Advance(const Float16* p, const Float16* q, float alpha, Float16* x,
+                                  Float16* r, std::size_t count) {
+  Float16 sum{};
+  for (std::size_t g = 0; g < count; ++g) {
+    x[g] += alpha * p[g];
+    const Float16 left = r[g] - alpha * q[g];
+    r[g] = left;
+    sum += left * left;
+  }
+  return SumOf(sum);
 }
 
 struct FineMatrix {
@@ -108,68 +152,74 @@ struct FineMatrix {
   double scale;
 };
 
-// Copies the coupling of free components, scaled to about one, to blocks with space for one more
-// number.
-PALPATE_DISPATCHED void CopyFree(const FineMatrix& A, int rows, float* blocks) {
-  for (int row = 0; row < rows; ++row) {
-    const Double4 free_row = A.scale * Load4(A.free[row].v);
-    for (int k = A.begin[row]; k < A.begin[row + 1]; ++k) {
-      const std::size_t at = 9 * static_cast<std::size_t>(k);
-      const double* free_column = A.free[A.column[k]].v;
-      for (std::size_t c = 0; c < 3; ++c) {
-        const Double4 column = free_column[c] * free_row * Load4(A.values + at + 3 * c);
-        Store(blocks + at + 3 * c, __builtin_convertvector(column, Float4));
-      }
-    }
-  }
-}
-
-struct CoarseRow {
-  // Vertices of one row of the fine grid; for each vertex its slot there, or -1.
-  int *vertex, *slot;
-  NodeValue* sums;  // three columns each
+struct CoarseCube {
+  int *vertex, *slot;  // about one cube; per vertex: its place there, or -1
+  Float16* row;        // per place: three columns of a row's sum
+  Float16* sums;       // per place and corner of the cube, the same
+  char* is_used;       // per place: the row's sum is not zero
 };
 
-// Adds P_i^T A_i P of each row of the fine grid to a lower band matrix stored by columns, with
-// padding of three numbers.
-PALPATE_DISPATCHED void AddCoarse(const FineMatrix& A, int rows, const CoarseRow& near, int band,
-                                  double* coarse) {
-  for (int row = 0; row < rows; ++row) {
-    const Double4 free_row = A.scale * Load4(A.free[row].v);
-    const GridPlace& here = A.places[row];
+// Adds the products of a row's blocks with P.
+PALPATE_INLINE int AddRow(const FineMatrix& A, int row, int count, const CoarseCube& near) {
+  const Double4 free_row = A.scale * Load4(A.free[row].v);
+  for (int k = A.begin[row]; k < A.begin[row + 1]; ++k) {
+    const double* from = A.values + 9 * static_cast<std::size_t>(k);
+    const double* free_column = A.free[A.column[k]].v;
+    const GridPlace& there = A.places[A.column[k]];
+    Float4 column[3];
+    for (int c = 0; c < 3; ++c) {
+      column[c] = __builtin_convertvector(free_column[c] * free_row * Load4(from + 3 * c), Float4);
+    }
+    const Float8 low = __builtin_shufflevector(column[0], column[1], 0, 1, 2, 3, 4, 5, 6, 7);
+    const Float8 high = __builtin_shufflevector(column[2], Float4{}, 0, 1, 2, 3, 4, 5, 6, 7);
+    const Float16 block =
+        __builtin_shufflevector(low, high, 0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15);
+    for (std::size_t b = 0; b < 8; ++b) {
+      int& slot = near.slot[there.vertex[b]];
+      if (slot < 0) {
+        slot = count++;
+        near.vertex[slot] = there.vertex[b];
+        near.row[slot] = Float16{};
+        for (std::size_t a = 0; a < 8; ++a) near.sums[8 * slot + a] = Float16{};
+      }
+      near.is_used[slot] = 1;
+      near.row[slot] += there.weight[b] * block;
+    }
+  }
+  return count;
+}
+
+// Adds P_i^T A_i P of the rows i of each cube to a lower band by columns, which has room for three
+// numbers more.
+PALPATE_DISPATCHED void AddCoarse(const FineMatrix& A, const int* begin, const int* rows, int cubes,
+                                  const CoarseCube& near, int band, double* coarse) {
+  for (int cube = 0; cube < cubes; ++cube) {
+    const auto& vertex = A.places[rows[begin[cube]]].vertex;
     int count = 0;
-    for (int k = A.begin[row]; k < A.begin[row + 1]; ++k) {
-      const double* from = A.values + 9 * static_cast<std::size_t>(k);
-      const double* free_column = A.free[A.column[k]].v;
-      const GridPlace& there = A.places[A.column[k]];
-      Double4 block[3];
-      for (int c = 0; c < 3; ++c) block[c] = free_column[c] * free_row * Load4(from + 3 * c);
-      for (std::size_t b = 0; b < 8; ++b) {
-        int& slot = near.slot[there.vertex[b]];
-        if (slot < 0) {
-          slot = count++;
-          near.vertex[slot] = there.vertex[b];
-          for (int c = 0; c < 3; ++c) near.sums[3 * slot + c] = {};
-        }
-        for (int c = 0; c < 3; ++c) {
-          double* sum = near.sums[3 * slot + c].v;
-          Store4(sum, Load4(sum) + there.weight[b] * block[c]);
-        }
+    for (int k = begin[cube]; k < begin[cube + 1]; ++k) {
+      count = AddRow(A, rows[k], count, near);
+      const GridPlace& here = A.places[rows[k]];
+      for (int n = 0; n < count; ++n) {
+        if (near.is_used[n] == 0) continue;
+        near.is_used[n] = 0;
+        const Float16 sum = near.row[n];
+        near.row[n] = Float16{};
+        for (std::size_t a = 0; a < 8; ++a) near.sums[8 * n + a] += here.weight[a] * sum;
       }
     }
     for (int n = 0; n < count; ++n) {
-      const int vertex = near.vertex[n];
-      near.slot[vertex] = -1;
+      const int there = near.vertex[n];
+      near.slot[there] = -1;
       for (std::size_t a = 0; a < 8; ++a) {
-        if (here.vertex[a] < vertex || here.weight[a] == 0) continue;
+        if (vertex[a] < there) continue;
+        const auto* sum = reinterpret_cast<const float*>(near.sums + 8 * n + a);
         for (int c = 0; c < 3; ++c) {
-          const double* sum = near.sums[3 * n + c].v;
-          double* to =
-              coarse + static_cast<std::ptrdiff_t>(3 * vertex + c) * band + (3 * here.vertex[a]);
-          if (here.vertex[a] > vertex) {
-            Store4(to, Load4(to) + here.weight[a] * Load4(sum));
+          double* to = coarse + static_cast<std::ptrdiff_t>(3 * there + c) * band + 3 * vertex[a];
+          const Double4 of = __builtin_convertvector(LoadSingles(sum + 4 * c), Double4);
+          if (vertex[a] > there) {
+            Store4(to, Load4(to) + of);
           } else {
-            for (int r = c; r < 3; ++r) to[r] += here.weight[a] * sum[r];
+            for (int r = c; r < 3; ++r) to[r] += of[r];
           }
         }
       }
@@ -204,11 +254,15 @@ TwoGrid::TwoGrid(std::span<const Vector3d> points, const BlockPattern& pattern)
       places_(points.size()),
       free_(points.size()),
       coarse_free_(points.size()),
-      values_(9 * Index(pattern.blocks()) + 1),
-      inverse_(9 * points.size() + 1),
-      r_(points.size()),
-      z_(points.size()),
-      left_(points.size()) {
+      fine_(pattern),
+      r_(fine_.MakeVector()),
+      z_(r_),
+      left_(r_),
+      rest_(r_),
+      product_(r_),
+      x_(r_),
+      p_(r_),
+      q_(r_) {
   FindGrid(points, std::clamp(pattern.rows() / kNodesPerVertex, 8, kMaxVertices));
   int widest = 0;
   for (const GridPlace& place : places_) {
@@ -224,11 +278,15 @@ TwoGrid::TwoGrid(std::span<const Vector3d> points, const BlockPattern& pattern)
   }
   band_ = std::min(3 * widest + 2, 3 * vertices_ - 1);
   coarse_.resize(Index(3 * vertices_) * Index(band_ + 1) + 3);
-  coarse_r_.resize(Index(3 * vertices_));
-  coarse_nodes_.resize(Index(vertices_));
+  width_ = (band_ + 31) / 32 * 32;
+  below_.resize(Index(3 * vertices_) * Index(width_));
+  inverse_.resize(Index(3 * vertices_));
+  coarse_x_.resize(Index(3 * vertices_ + 1 + width_));
   slot_.assign(Index(vertices_), -1);
   near_.resize(Index(vertices_));
-  sums_.resize(Index(3 * vertices_));
+  row_sums_.resize(Index(vertices_));
+  sums_.resize(Index(8 * vertices_));
+  is_used_.resize(Index(vertices_));
 }
 
 // Finds the finest grid around the body with at most this number of vertices.
@@ -272,23 +330,40 @@ void TwoGrid::FindGrid(std::span<const Vector3d> points, int most) {
   }
   find_used(cells);
   vertices_ = static_cast<int>(used.size());
+  std::map<int, std::array<int, 8>> corners;
+  std::vector<std::pair<int, CubeNode>> nodes;  // by the first corners of their cubes
   for (std::size_t i = 0; i < points.size(); ++i) {
     Vector3d t;
     const Eigen::Array3i cell = CellAt(place_of(i), cells, &t);
+    const Eigen::Vector3f single = t.cast<float>();
+    const int row = static_cast<int>(i);
+    nodes.push_back({VertexOf(cell, cells, 0),
+                     {row, static_cast<int>(fine_.Place(row)), {single[0], single[1], single[2]}}});
     for (int corner = 0; corner < 8; ++corner) {
       const auto found = std::ranges::lower_bound(used, VertexOf(cell, cells, corner));
       places_[i].vertex[Index(corner)] = static_cast<int>(found - used.begin());
-      places_[i].weight[Index(corner)] = ((corner & 1) != 0 ? t[0] : 1 - t[0]) *
-                                         ((corner & 2) != 0 ? t[1] : 1 - t[1]) *
-                                         ((corner & 4) != 0 ? t[2] : 1 - t[2]);
+      places_[i].weight[Index(corner)] = ((corner & 1) != 0 ? single[0] : 1 - single[0]) *
+                                         ((corner & 2) != 0 ? single[1] : 1 - single[1]) *
+                                         ((corner & 4) != 0 ? single[2] : 1 - single[2]);
     }
+    corners.try_emplace(nodes.back().first, places_[i].vertex);
   }
+  std::ranges::stable_sort(nodes, {}, &std::pair<int, CubeNode>::first);
+  for (std::size_t n = 0; n < nodes.size(); ++n) {
+    if (n == 0 || nodes[n].first != nodes[n - 1].first) {
+      cube_begin_.push_back(static_cast<int>(n));
+      cube_vertices_.push_back(corners.at(nodes[n].first));
+    }
+    cube_nodes_.push_back(nodes[n].second);
+    cube_rows_.push_back(nodes[n].second.row);
+  }
+  cube_begin_.push_back(static_cast<int>(nodes.size()));
 }
 
 std::size_t TwoGrid::memory_bytes() const {
-  return sizeof(double) * (coarse_.size() + coarse_r_.size()) + places_.size() * sizeof(GridPlace) +
-         sizeof(float) * (values_.size() + inverse_.size()) + 2 * free_.size() * sizeof(NodeValue) +
-         3 * r_.size() * sizeof(Single);
+  return sizeof(double) * coarse_.size() + sizeof(float) * below_.size() +
+         places_.size() * sizeof(GridPlace) + fine_.memory_bytes() +
+         2 * free_.size() * sizeof(NodeValue) + 8 * r_.size() * sizeof(Float16);
 }
 
 bool TwoGrid::Factor(const BlockMatrix& A, const NodeVector& free,
@@ -315,101 +390,117 @@ bool TwoGrid::CoarseFixes(const NodeVector& free) const noexcept {
 bool TwoGrid::Renew(const BlockMatrix& A, const NodeVector& free,
                     std::span<const Guide> guides) noexcept {
   std::copy_n(free.begin(), free_.size(), free_.begin());
-  CopyFree({pattern_.graph.begin.data(), pattern_.graph.column.data(), A.block(0), free_.data(),
-            places_.data(), scale_},
-           pattern_.rows(), values_.data());
-  return InvertDiagonal(A) &&
-         std::ranges::all_of(guides, [&](const Guide& guide) { return GuideRow(A, guide); });
-}
-
-// Applies Q = I - n n^T from both sides, and inverts in the remaining subspace.
-bool TwoGrid::GuideRow(const BlockMatrix& A, const Guide& guide) noexcept {
-  const Eigen::Matrix3d outer = guide.normal * guide.normal.transpose();
-  const Eigen::Matrix3d Q = Eigen::Matrix3d::Identity() - outer;
-  const Eigen::Matrix3f single = Q.cast<float>();
-  const auto block_of = [&](int k) { return Eigen::Map<Eigen::Matrix3f>(&values_[9 * Index(k)]); };
-  for (int k = pattern_.graph.begin[Index(guide.row)];
-       k < pattern_.graph.begin[Index(guide.row) + 1]; ++k) {
-    block_of(k) = (single * block_of(k)).eval();
-    auto mirror = block_of(pattern_.transpose[Index(k)]);
-    mirror = (mirror * single).eval();
-  }
-  const Eigen::Map<const Eigen::Matrix3d> block(A.block(pattern_.diagonal[Index(guide.row)]));
-  const Eigen::Matrix3d among = scale_ * Q * block * Q + outer;
-  if (!(among.determinant() > 0)) return false;
-  Eigen::Map<Eigen::Matrix3f> kept(&inverse_[9 * Index(guide.row)]);
-  kept = (Q * among.inverse() * Q).cast<float>();
-  return true;
-}
-
-bool TwoGrid::InvertDiagonal(const BlockMatrix& A) noexcept {
-  for (int i = 0; i < pattern_.rows(); ++i) {
-    Eigen::Matrix3d block =
-        scale_ * Eigen::Map<const Eigen::Matrix3d>(A.block(pattern_.diagonal[Index(i)]));
-    const Eigen::Map<const Vector3d> free(At(free_, i).v);
-    block = (free.asDiagonal() * block * free.asDiagonal()).eval();
-    block.diagonal() += Vector3d::Ones() - free;
-    const double determinant = block.determinant();
-    const double minor = block(0, 0) * block(1, 1) - block(0, 1) * block(1, 0);
-    if (!(block(0, 0) > 0) || !(minor > 0) || !(determinant > 0)) return false;
-    const Eigen::Matrix3d inverse = block.inverse();
-    Eigen::Map<Eigen::Matrix3f> kept(&inverse_[9 * Index(i)]);
-    kept = (free.asDiagonal() * inverse * free.asDiagonal()).cast<float>();
-  }
-  return true;
+  return fine_.Set(A, scale_, free, guides);
 }
 
 bool TwoGrid::FactorCoarse(const BlockMatrix& A) noexcept {
   coarse_free_ = free_;
-  for (double shift = kMinShift; shift <= kMaxShift; shift *= 1e5) {
+  for (double shift = kMinShift; shift <= kMaxShift; shift *= 1e2) {
     std::ranges::fill(coarse_, 0.0);
     AddCoarse({pattern_.graph.begin.data(), pattern_.graph.column.data(), A.block(0), free_.data(),
                places_.data(), scale_},
-              pattern_.rows(), {near_.data(), slot_.data(), sums_.data()}, band_, coarse_.data());
+              cube_begin_.data(), cube_rows_.data(), static_cast<int>(cube_vertices_.size()),
+              {near_.data(), slot_.data(), row_sums_.data(), sums_.data(), is_used_.data()}, band_,
+              coarse_.data());
     for (int i = 0; i < 3 * vertices_; ++i) {
       double& diagonal = Coarse(i, i);
       diagonal = diagonal > 0 ? (1 + shift) * diagonal : 1;
     }
     if (LAPACKE_dpbtrf_work(LAPACK_COL_MAJOR, 'L', 3 * vertices_, band_, coarse_.data(),
                             band_ + 1) == 0) {
+      KeepCoarse();
       return true;
     }
   }
   return false;
 }
 
+// The factor of the coarse grid in single precision.
+void TwoGrid::KeepCoarse() noexcept {
+  for (int j = 0; j < 3 * vertices_; ++j) {
+    inverse_[Index(j)] = static_cast<float>(1 / Coarse(j, j));
+    float* column = &below_[Index(j) * Index(width_)];
+    const int rows = std::min(band_, 3 * vertices_ - 1 - j);
+    for (int k = 0; k < rows; ++k) column[k] = static_cast<float>(Coarse(j + 1 + k, j));
+  }
+}
+
+// Replaces what is left by the coarse grid's correction.
 void TwoGrid::CorrectCoarsely() noexcept {
-  SetZero(coarse_nodes_);
-  Restrict(places_.data(), free_.data(), left_.front().v, places_.size(), coarse_nodes_.data());
-  for (std::size_t i = 0; i < coarse_r_.size(); ++i) coarse_r_[i] = coarse_nodes_[i / 3].v[i % 3];
-  LAPACKE_dpbtrs_work(LAPACK_COL_MAJOR, 'L', 3 * vertices_, band_, 1, coarse_.data(), band_ + 1,
-                      coarse_r_.data(), 3 * vertices_);
-  for (std::size_t i = 0; i < coarse_r_.size(); ++i) coarse_nodes_[i / 3].v[i % 3] = coarse_r_[i];
-  Prolongate(places_.data(), free_.data(), coarse_nodes_.data(), places_.size(), z_.front().v);
+  fine_.Restrict(&left_);
+  std::ranges::fill(coarse_x_, 0.0F);
+  const Cubes cubes{cube_begin_.data(), cube_vertices_.data(), cube_nodes_.data(), places_.data(),
+                    static_cast<int>(cube_vertices_.size())};
+  auto* left = reinterpret_cast<float*>(left_.data());
+  palpate::fem::Restrict(cubes, left, coarse_x_.data());
+  SolveBand(inverse_.data(), below_.data(), width_, 3 * vertices_, coarse_x_.data());
+  Prolongate(cubes, coarse_x_.data(), left);
+  fine_.Restrict(&left_);
+}
+
+void TwoGrid::Take(const NodeVector& r) noexcept {
+  size_ = Norm(r);
+  auto* numbers = reinterpret_cast<float*>(r_.data());
+  const double factor = size_ > 0 ? 1 / size_ : 0;
+  for (int i = 0; i < pattern_.rows(); ++i) {
+    StoreSingles(numbers + fine_.Place(i),
+                 __builtin_convertvector(factor * Load4(At(r, i).v), Float4));
+  }
+  fine_.Restrict(&r_);
+}
+
+void TwoGrid::AddTo(const GroupedMatrix::Vector& x, double factor, NodeVector& y) const noexcept {
+  const auto* numbers = reinterpret_cast<const float*>(x.data());
+  for (int i = 0; i < pattern_.rows(); ++i) {
+    const Double4 of = __builtin_convertvector(LoadSingles(numbers + fine_.Place(i)), Double4);
+    Store4(At(y, i).v, Load4(At(y, i).v) + factor * of);
+  }
+}
+
+// z_ = M^-1 r_ and product_ = A z_.
+void TwoGrid::Cycle() noexcept {
+  product_ = rest_ = r_;
+  fine_.SweepForward(&rest_, &z_, &left_);
+  CorrectCoarsely();
+  fine_.SubtractLower(left_, &rest_);
+  for (std::size_t g = 0; g < z_.size(); ++g) z_[g] += left_[g];
+  fine_.SweepBackward(rest_, &z_, &product_);
 }
 
 void TwoGrid::Solve(const NodeVector& r, NodeVector& z) noexcept {
-  const int rows = pattern_.rows();
-  const double size = Norm(r);
-  if (!(size > 0)) {
-    SetZero(z);
-    return;
-  }
-  for (std::size_t i = 0; i < r_.size(); ++i) {
-    for (std::size_t c = 0; c < 3; ++c) {
-      r_[i].v[c] = static_cast<float>(free_[i].v[c] / size * r[i].v[c]);
-    }
-  }
-  const auto& graph = pattern_.graph;
-  SweepForward(graph.begin.data(), graph.column.data(), pattern_.diagonal.data(), values_.data(),
-               inverse_.data(), rows, r_.front().v, z_.front().v, left_.front().v);
-  CorrectCoarsely();
-  SweepBackward(graph.begin.data(), graph.column.data(), pattern_.diagonal.data(), values_.data(),
-                inverse_.data(), rows, r_.front().v, z_.front().v);
-  for (std::size_t i = 0; i < z_.size(); ++i) {
-    for (std::size_t c = 0; c < 3; ++c) z[i].v[c] = size * static_cast<double>(z_[i].v[c]);
-  }
-  std::fill(z.begin() + rows, z.end(), NodeValue{});
+  SetZero(z);
+  Take(r);
+  if (!(size_ > 0)) return;
+  Cycle();
+  AddTo(z_, size_ * scale_, z);
+}
+
+void TwoGrid::Begin(const NodeVector& r) noexcept {
+  Take(r);
+  for (auto* of : {&x_, &p_, &q_}) std::ranges::fill(*of, Float16{});
+  left_share_ = 1;
+  rho_ = 0;
+}
+
+double TwoGrid::Iterate() noexcept {
+  Cycle();
+  fine_.Restrict(&product_);
+  const double rho = DotOf(r_.data(), z_.data(), r_.size());
+  if (!(rho > 0)) return rho;
+  const double curvature =
+      NextDirection(z_.data(), product_.data(), rho_ > 0 ? static_cast<float>(rho / rho_) : 0,
+                    p_.data(), q_.data(), r_.size());
+  rho_ = rho;
+  if (!(curvature > 0)) return curvature;
+  left_share_ = std::sqrt(Advance(p_.data(), q_.data(), static_cast<float>(rho / curvature),
+                                  x_.data(), r_.data(), r_.size()));
+  return curvature;
+}
+
+void TwoGrid::End(NodeVector& r, NodeVector& x) const noexcept {
+  SetZero(r);
+  AddTo(r_, size_, r);
+  AddTo(x_, size_ * scale_, x);
 }
 
 }  // namespace palpate::fem

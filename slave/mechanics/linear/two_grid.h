@@ -13,19 +13,21 @@
 #include <Eigen/Core>
 
 #include "slave/mechanics/linear/block_matrix.h"
+#include "slave/mechanics/linear/grouped_matrix.h"
 
 namespace palpate::fem {
 
 // The cube a node is in: its corners on the coarse grid and their shares.
 struct GridPlace {
   std::array<int, 8> vertex{};
-  std::array<double, 8> weight{};
+  std::array<float, 8> weight{};
 };
 
-// A row whose node moves only perpendicular to the unit vector `normal`.
-struct Guide {
+// A node of the fine grid in a cube.
+struct CubeNode {
   int row = 0;
-  Eigen::Vector3d normal{0, 0, 1};
+  int place = 0;           // in a vector of the fine grid's matrix
+  float t[3] = {0, 0, 0};  // coordinates in the cube [0, 1]
 };
 
 class TwoGrid {
@@ -46,17 +48,28 @@ class TwoGrid {
   // z = M^-1 r on the free components of the pattern's rows, zero elsewhere. Allocation-free.
   void Solve(const NodeVector& r, NodeVector& z) noexcept;
 
+  // Conjugate gradients in single precision, with the matrix of the last Factor or Renew as A:
+  // what the sweeps know spares the product. Residuals are right to 1e-6 of the first one.
+  // Allocation-free.
+  //
+  // Begins with the residual `r`, which is zero where nothing is free.
+  void Begin(const NodeVector& r) noexcept;
+  // One iteration. Returns what must be positive: the direction's curvature, or by rounding or an
+  // indefinite matrix r . M^-1 r; else nothing has changed.
+  double Iterate() noexcept;
+  [[nodiscard]] double residual() const { return size_ * left_share_; }  // its norm
+  // r = the residual, x += the solution.
+  void End(NodeVector& r, NodeVector& x) const noexcept;
+
   [[nodiscard]] std::size_t memory_bytes() const;
 
  private:
-  struct alignas(16) Single {
-    float v[4] = {0, 0, 0, 0};
-  };
-
   void FindGrid(std::span<const Eigen::Vector3d> points, int most);
-  bool InvertDiagonal(const BlockMatrix& A) noexcept;
-  bool GuideRow(const BlockMatrix& A, const Guide& guide) noexcept;
   bool FactorCoarse(const BlockMatrix& A) noexcept;
+  void Take(const NodeVector& r) noexcept;
+  void AddTo(const GroupedMatrix::Vector& x, double factor, NodeVector& y) const noexcept;
+  void Cycle() noexcept;
+  void KeepCoarse() noexcept;
   void CorrectCoarsely() noexcept;
   double& Coarse(int row, int column) {
     return coarse_[static_cast<std::size_t>(column) * static_cast<std::size_t>(band_ + 1) +
@@ -67,15 +80,24 @@ class TwoGrid {
   int vertices_ = 0, band_ = 0;    // number of vertices of the coarse grid; bandwidth in unknowns
   std::vector<GridPlace> places_;  // per row
   std::vector<double> coarse_;     // lower triangle by columns, then its factor
-  std::vector<double> coarse_r_;
-  NodeVector coarse_nodes_;       // coarse_r_, one entry per vertex
-  std::vector<int> near_, slot_;  // coarse vertices about one row
-  NodeVector sums_;               // the row's products with them
+  // The factor in single precision: the diagonal's inverse, and `width_` numbers below it.
+  int width_ = 0;
+  std::vector<float> inverse_, below_, coarse_x_;
+  std::vector<int> cube_begin_;
+  std::vector<std::array<int, 8>> cube_vertices_;
+  std::vector<CubeNode> cube_nodes_;
+  std::vector<int> cube_rows_;
+  std::vector<int> near_, slot_;          // coarse vertices about one cube
+  std::vector<Float16> row_sums_, sums_;  // products with them: a row's, and of the cube's corners
+  std::vector<char> is_used_;
   NodeVector free_, coarse_free_;
   double scale_ = 1;
-  std::vector<float> values_;   // nine per block, with space for one more value
-  std::vector<float> inverse_;  // values of the inverse diagonal blocks, in the same layout
-  std::vector<Single> r_, z_, left_;
+  GroupedMatrix fine_;
+  double size_ = 0;                                  // of the residual that was given
+  GroupedMatrix::Vector r_;                          // by that size
+  GroupedMatrix::Vector z_, left_, rest_, product_;  // of a cycle
+  GroupedMatrix::Vector x_, p_, q_;
+  double left_share_ = 1, rho_ = 0;
 };
 
 }  // namespace palpate::fem

@@ -113,6 +113,53 @@ TEST(TwoGrid, NeedsAboutAsManyIterationsOnFinerGrids) {
   EXPECT_LE(iterations.back(), 2 * iterations.front());
 }
 
+// Law: the residual that iterations in single precision state is that of their solution, computed
+// in double precision, to a hundredth down to 1e-3 of the right side (rounding leaves 1e-6); two
+// rows that move in a plane only stay in it. No allocation.
+TEST(TwoGrid, IterationsInSinglePrecisionLeaveWhatTheyState) {
+  const Springs springs(12, 0.01);
+  const std::size_t n = springs.points.size();
+  const std::vector<Guide> guides{{1000, Eigen::Vector3d(1, 2, 2) / 3}, {1300, {0, 0.6, 0.8}}};
+  const auto project = [&](NodeVector& x) {
+    for (std::size_t i = 0; i < n; ++i) {
+      for (std::size_t c = 0; c < 3; ++c) x[i].v[c] *= springs.free[i].v[c];
+    }
+    for (const Guide& guide : guides) {
+      Eigen::Map<Eigen::Vector3d> of(At(x, guide.row).v);
+      of -= guide.normal.dot(of) * guide.normal;
+    }
+  };
+  TwoGrid grids(springs.points, springs.pattern);
+  ASSERT_TRUE(grids.Factor(springs.matrix, springs.free, guides));
+  NodeVector b(n), r(n), x(n), Ax(n);
+  const Eigen::VectorXd random = Eigen::VectorXd::Random(static_cast<Eigen::Index>(3 * n));
+  for (std::size_t i = 0; i < 3 * n; ++i) b[i / 3].v[i % 3] = random[static_cast<Eigen::Index>(i)];
+  project(b);
+  r = b;
+  const long before = AllocationCount();
+  grids.Begin(r);
+  int iterations = 0;
+  for (; grids.residual() > 1e-3 * Norm(b) && iterations < 50; ++iterations) {
+    ASSERT_GT(grids.Iterate(), 0);
+  }
+  const double stated = grids.residual();
+  grids.End(r, x);
+  EXPECT_EQ(AllocationCount(), before);
+  EXPECT_GT(iterations, 2);
+  EXPECT_LT(iterations, 25);
+  NodeVector within = x;
+  project(within);
+  Add(-1, x, within);
+  EXPECT_LT(Norm(within), 1e-6 * Norm(x));
+  springs.matrix.Multiply(x, Ax);
+  Scale(-1, Ax);
+  Add(1, b, Ax);
+  project(Ax);
+  EXPECT_NEAR(Norm(Ax), stated, 1e-2 * stated);
+  Add(-1, r, Ax);
+  EXPECT_LT(Norm(Ax), 1e-2 * stated);
+}
+
 TEST(TwoGrid, RefusesWhatIsNotPositive) {
   Springs springs(4, 0);
   TwoGrid grids(springs.points, springs.pattern);
