@@ -52,7 +52,7 @@ constexpr double kEnd = 0.25;
 using fem::Double8;
 using Loose8 [[gnu::vector_size(64), gnu::may_alias, gnu::aligned(8)]] = double;
 
-// How strains are turned and weighted.
+// Weights of strains, and the axes in which they are expressed.
 struct Weights {
   double shear, bulk;  // roots of 2 mu and K
   const double* axes;  // as rows; null: none
@@ -68,7 +68,8 @@ PALPATE_INLINE fem::Lanes3x3 Product(const fem::Lanes3x3& a, const fem::Lanes3x3
   return c;
 }
 
-// The strains of eight gradients H, column by column: E - E^2 / 2, E = (H + H^T + H^T H) / 2.
+// Returns the strains of eight displacement gradients H, column by column: E - E^2 / 2 with E = (H
+// + H^T + H^T H) / 2.
 PALPATE_DISPATCHED void WeighStrains(const Weights& weights, const double* gradients,
                                      double* strains) {
   fem::Lanes3x3 H, Ht, E;
@@ -106,7 +107,7 @@ PALPATE_DISPATCHED void WeighStrains(const Weights& weights, const double* gradi
   }
 }
 
-// Eight components each, at the corners of elements or once for all of them.
+// Strains of eight components each, at the corners of elements or constant in an element.
 struct Strains {
   const double* values;
   int per_element;
@@ -362,9 +363,8 @@ void StrainResolution::MarkContacts(std::span<const int> touched) {
   }
 }
 
-// Of the displacement, at the corners that differ. Gradients of the shapes there: of
-// l_a (2 l_a - 1) 3 g_a at its own corner and -g_a at others, of 4 l_i l_j 4 g_j at i and 4 g_i at
-// j.
+// Gradients of the displacement at the corners. Gradients of the shape functions there: for l_a (2
+// l_a - 1), 3 g_a at its own corner and -g_a at others; for 4 l_i l_j, 4 g_j at i and 4 g_i at j.
 void StrainResolution::FindGradients(const Element& element, std::span<const Vector3d> u,
                                      Matrix3d* gradients) const noexcept {
   const auto& g = element.geometry.grad;

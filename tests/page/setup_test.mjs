@@ -6,7 +6,7 @@ import { tmpdir } from 'node:os';
 import path from 'node:path';
 import { test } from 'node:test';
 
-// A flat tool that is seen from straight ahead, unless the test says otherwise.
+// The tool is flat and seen from straight ahead unless a test states otherwise.
 const AHEAD = { underside: 0, raised: 0, tilt: 0, upper: null, heightSigma: 1, levelSigma: 1 };
 const tipIn = (grey, box, outline, width, isRound = false, view = AHEAD) => findTip(grey, box, outline, width, isRound, view);
 
@@ -258,7 +258,7 @@ test('of a bar that is seen from below, the end of its front is found', () => {
     const bar = (end, level) => draw([319.5, end], { tool: level, ground }).levels, [far, near, shaded] = [bar(back, 0.7 * tool), bar(front, tool), bar(front, 0.7 * tool)];
     const grey = { width: 640, height: 480, levels: far.map((level, i) => level + near[i] - shaded[i]) };
     const { tip } = tipIn(grey, box, BLOCK, 5.87 / PIXEL, false, viewOf(answers));
-    // Without blur, the place of half of a step of two parts is known no better than a third of a pixel.
+    // Without blur the half level of a two-part step can be located only to a third of a pixel.
     assert.ok(back - front > 0.7 && Math.abs(tip[1] - front) < 0.3, `${tool} before ${ground}: ${tip[1]} for ${front}`);
   }
   // The front of a stick in the middle is behind that of the object, where a pixel covers more.

@@ -304,7 +304,7 @@ export function pathOf(answers) {
   return { enters: { at: first.at, isHeld: isHeld(first) }, leaves: { at: last.at, isHeld: isHeld(last) } };
 }
 
-// By which a tool that reaches through the whole thickness is longer: a millimetre on either side.
+// Excess length of a tool that reaches through the whole thickness, a millimetre on either side.
 const OVERHANG_M = 2e-3;
 // Returns distances along the view: from the front of the object to the front of the tool, and from
 // there to its back [m]. The tool is in the middle.
@@ -314,21 +314,26 @@ export function depthsOf({ object, tool }) {
 }
 // Returns the edge of a pixel in the plane of the tool's front [m].
 export const toolPixelOf = (answers) => pixelOf(answers) * (1 + depthsOf(answers).front / mm(answers.scale.distance));
-// Of what a camera at the height of the pressed edge sees of the end of the tool beyond the end of its front: the share of the way from
-// the edge. A camera that looks from above on a block sees the front alone.
+// Returns the visible length of the face of the tool's end, relative to the distance of the tip from
+// the pressed edge, for a camera at the height of that edge. A camera that looks down on a block sees
+// only the tool's front.
 export function undersideOf(answers) {
   const { front, deep } = depthsOf(answers);
   return answers.object.plane === 'block' && answers.tool.by === 'part' ? 0 : deep / (mm(answers.scale.distance) + front + deep);
 }
-const HEIGHT_SIGMA_M = 3e-3;  // of the camera above the edge as a person sets it, one standard deviation
-const LEVEL_SIGMA = 0.01;  // of the middle of the image from level, as a person sets it and the camera is made [rad]
-// Part of the upper face that is seen by which the edge is found higher: a rectangle of known size is placed by its lower edge, too, a
-// disc by its whole rim.
+// Standard deviation of the camera's height above the edge, as set by a person.
+const HEIGHT_SIGMA_M = 3e-3;
+// Standard deviation of the direction of the camera's axis from level [rad].
+const LEVEL_SIGMA = 0.01;
+// Part of the visible upper face by which the edge is found too high. A rectangle of known size is
+// also placed by its lower edge, a disc by its whole rim.
 const RAISED = { outline: 1, polygon: 1, rectangle: 0.75, disc: 0.5 };
-// What the camera's place does to the way of the tip to the object, for setup_tip.js. `underside`, `raised`: by which part of its height
-// a camera sees the tool's end nearer and the edge higher. `upper`: the parts of its height above the upper face of a block by which the
-// far edge and the tool's front are seen nearer to the middle. `tilt`: what a camera that is not level adds; `heightSigma`, `levelSigma`:
-// of its height and of level, all one standard deviation [px].
+// Returns the effects of the camera's pose on the distance between tip and object, for setup_tip.js.
+// `underside`: shift of the tool's end, relative to the camera's height below the tip. `raised`: shift
+// of the edge, relative to the camera's height above it. `upper`: shifts of the far edge and of the
+// tool's front towards the middle of the image, relative to the camera's height above the upper face
+// of a block. `tilt`, `heightSigma`, `levelSigma`: standard deviations by a camera that is not level,
+// of its height and of level [px].
 export function viewOf(answers) {
   const { object, tool, scale } = answers, away = mm(scale.distance), thick = mm(object.thickness), pixel = toolPixelOf(answers);
   const { front } = depthsOf(answers), isUpperSeen = object.plane === 'block' && tool.by === 'part';

@@ -149,12 +149,13 @@ function axisOf(grey, place, d, length, across, width) {
   return { at: from, d: [0, 1].map((i) => (to[i] - from[i]) / tall), width: median(found.map(([, , wide]) => wide)) / tall };
 }
 
-// The tip of a tool of about `width` [px] in the box [[u0, v0], [u1, v1]]: {tip: [u, v], direction: unit vector in the image, width: as
-// seen [px], box: of the template [[u, v], [u, v]] in whole pixels, beyond: whether it shows what lies before the tip}. What is wrong
-// comes as {why}. `vague`: whether its end is hard to tell from what is behind it;
-// `nearer`: to how far from the object the tool has to come, so that its end is seen well enough [px]; null: it is near;
-// `sigma`: of the tip's way to the object by the camera's height [px]; `aside`: how much of its side is seen [px].
-// `view`: of setup_scene.js.
+// Finds the tip of a tool of about `width` [px] in the box [[u0, v0], [u1, v1]]: {tip: [u, v],
+// direction: unit vector in the image, width: in the image [px], box: of the template [[u, v], [u,
+// v]] in whole pixels, beyond: whether the template contains the region before the tip}, or {why}:
+// the reason why there is no tip. `vague`: whether its end differs little from the background;
+// `nearer`: distance from the object to which the tool must approach [px]; null: it is near enough;
+// `sigma`: standard deviation of the distance between tip and object by the camera's height [px];
+// `aside`: visible part of its side [px]. `view`: result of viewOf (setup_scene.js).
 export function findTip(grey, box, outline, width, isRound, view) {
   const d = directionTo(box, outline), n = [Math.abs(d[1]), Math.abs(d[0])], k = d[0] ? 0 : 1;
   const low = [0, 1].map((i) => Math.round(Math.min(box[0][i], box[1][i]))),
@@ -223,10 +224,12 @@ export function findTip(grey, box, outline, width, isRound, view) {
   };
 }
 
-// By how much the tip seems nearer to the pressed edge than it is [px], and its standard deviation, over what is known of the camera's
-// height above the edge. A camera below the tip sees the face of the tool's end, which is at `face` of its length the end that was found.
-// A camera above the edge sees the upper face of the object, so that the edge is found higher. `gap`: of tip and edge; `level`: of the
-// edge below the middle of the image, where a level camera has its own height [px]. A person who was asked to sets it to half the gap.
+// Returns by how much the tip appears nearer to the pressed edge than it is, and the standard
+// deviation [px], averaged over the camera's possible heights above the edge. A camera below the tip
+// sees the face of the tool's end; `face` is the part of that face at which the end was found. A
+// camera above the edge sees the upper face of the object, so that the edge is found too high. `gap`:
+// distance between tip and edge; `level`: distance of the edge below the middle of the image, which is
+// the height of a level camera [px]. The page asks for a height of half the gap.
 export function shiftOf({ underside, raised, heightSigma, levelSigma }, face, gap, level) {
   const isLevel = Math.abs(level - gap / 2) < CONSISTENT * Math.hypot(heightSigma, levelSigma);
   const weight = isLevel ? heightSigma ** 2 / (heightSigma ** 2 + levelSigma ** 2) : 0, sigma = heightSigma * Math.sqrt(1 - weight);
@@ -238,8 +241,9 @@ export function shiftOf({ underside, raised, heightSigma, levelSigma }, face, ga
   return { shift, sigma: Math.sqrt(values.reduce((sum, [value, part]) => sum + part * (value - shift) ** 2, 0)) };
 }
 
-// How high the camera is above the pressed edge of a block [px], as the far edge of its upper face shows it, whether the camera looks
-// level or not; null: there is no far edge where a camera that is about level would see it. `level`: the height of a level camera.
+// Returns the height of the camera above the pressed edge of a block [px], measured from the far edge
+// of its upper face, for a camera in any direction; null: there is no far edge near the place where a
+// level camera would see it. `level`: the height of a level camera.
 function highOf(grey, outline, place, { d, width }, { far }, level) {
   if (!(level * far > FAR_FROM_PX)) return null;
   const found = [], long = Math.ceil(level * far * (1 + FAR_OFF)) + 4, first = Math.max(3, Math.floor(level * far * (1 - FAR_OFF)));
@@ -247,7 +251,7 @@ function highOf(grey, outline, place, { d, width }, { far }, level) {
     for (let s = width / 2 + BESIDE_TOOL_PX; s < width / 2 + BESIDE_TOOL_PX + FAR_SPAN_PX; s += FAR_STRIP_PX) {
       const edges = Array.from({ length: FAR_STRIP_PX }, (_, i) => crossingsWith(outline, place(0, side * (s + i)), d)[0]?.at);
       if (edges.some((at) => !at)) continue;
-      // Levels away from the pressed edge, and the strongest change about where the far edge is expected.
+      // Levels away from the pressed edge, and the strongest change near the expected far edge.
       const levels = Array.from({ length: long }, (_, a) =>
         edges.reduce((sum, [u, v]) => sum + levelAt(grey, u - a * d[0], v - a * d[1]), 0) / FAR_STRIP_PX);
       const changes = changesOf(levels), strength = changes.map((change, a) => (a >= first && a < long - 2 ? Math.abs(change) : 0));
@@ -260,12 +264,12 @@ function highOf(grey, outline, place, { d, width }, { far }, level) {
   return off < 2 * FAR_EDGE_PX ? apart / far : null;
 }
 
-// What is seen on both sides of the tool.
+// Returns the levels of the background on both sides of the tool.
 const besideAt = (grey, place, a, half) =>
   [-1, 1].map((side) => BESIDE_PX.reduce((sum, off) => sum + levelAt(grey, ...place(a, side * (half + off))), 0) / BESIDE_PX.length);
 
-// The end, or what looks like it: where what is seen along the tool is for some pixels before that what is seen beside it, such as the
-// background above the upper face of a block, the end is before these.
+// Returns the end, moved back over pixels along the tool that equal the background beside it, such as
+// the background above the upper face of a block.
 function beforeStrip(grey, place, along, end, half) {
   if (end === null) return null;
   let a = Math.floor(end) - 1;
@@ -275,17 +279,18 @@ function beforeStrip(grey, place, along, end, half) {
   return a > 1 ? a + 0.5 : end;
 }
 
-// A flat end line by line, each by its own levels, and their median: what is behind may be of several parts. Where an edge lies behind
-// the end, such as that of a block's upper face, it is seen beside the tool, too: what is seen there is taken off, and the end is where
-// half of the step from the tool to what is behind it on the same side of that edge is left. `vague`: too many lines show no end, or
-// another one.
+// Returns the median of the end position of a flat tool over lines along it, each with its own
+// levels, because the background may have several parts. An edge behind the end, such as that of a
+// block's upper face, is also visible beside the tool. The levels beside the tool are subtracted, and
+// the end is where half of the step from the tool to the background on the same side of that edge is
+// left. `vague`: too many lines show no end, or another one.
 function endAcross(grey, place, rough, within, half) {
   const ends = [], level = (a, s) => levelAt(grey, ...place(a, s)), mean = (from, to, s) => (level(from, s) + level(to, s)) / 2;
   const beside = (a) => besideAt(grey, place, a, half), [before, beyond] = [rough - 3, rough + 3.5].map(beside);
   const ahead = mean(rough + 3, rough + 4, 0), rise = beyond.map((value, i) => value - before[i]);
   const isAcross =
     rise[0] * rise[1] > 0 && rise.every((value, i) => Math.abs(value) > MIN_STEP && Math.abs(beyond[i] - ahead) < MIN_STEP);
-  // Where `share`, which grows towards the tool, is a half: from before the end backwards.
+  // Searches backwards for the position where `share`, which grows towards the tool, is a half.
   const halfWay = (share) => {
     for (let a = rough + 3; a > rough - 3; a -= 0.25) {
       const [here, earlier] = [a, a - 0.25].map((at) => share(at) - 0.5);

@@ -26,11 +26,12 @@ constexpr double kLateSpeed = 600;
 // constraints, and iterating on it would spoil the answer.
 constexpr double kRounding = 2e-15;
 constexpr double kTiny = 1e-300;
-// Of a right side, from which on single precision does for its solution: it leaves 1e-6. [-]
+// Smallest target, relative to the right-hand side, that single precision can reach: its rounding
+// leaves 1e-6 [-].
 constexpr double kSingleDigits = 1e-4;
-constexpr double kGridsWorth = 20;  // iterations that new grids must save: their time
-// Solutions in which a factor is replaced, and the share of its worth from which on it is: it ages
-// meanwhile. [tuned: SwingingStep]
+constexpr double kGridsWorth = 20;  // iterations that take as long as new grids
+// Number of solutions over which a factor is replaced step by step, and the fraction of its cost
+// after which the replacement begins early. [tuned: SwingingStep]
 constexpr double kParts = 8, kEarly = 0.5;
 constexpr int kMaxIterations = 20'000;
 constexpr int kMaxWithFactor = 400;  // iterations with a factor above which a new one is made

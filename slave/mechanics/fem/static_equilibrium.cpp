@@ -16,9 +16,9 @@ constexpr double kMinPart = 1.0 / 64;      // smallest part of a load that is ap
 constexpr double kFactorOnce = 3e8;
 // Additional stiffness that makes an exact tangent definite, in units of E.
 constexpr double kMinShift = 1.0 / 64, kMaxShift = 4;
-constexpr int kMaxHalvings = 24;      // of one such step
-constexpr double kInner = 1e-2;       // of a linear system's right hand side
-constexpr double kErrorShare = 0.1;   // of the residual, left by the estimate of its effect
+constexpr int kMaxHalvings = 24;     // halvings of one such step
+constexpr double kInner = 1e-2;      // tolerance of a linear system relative to its right-hand side
+constexpr double kErrorShare = 0.1;  // accuracy of the error estimate relative to the residual
 constexpr double kLinearShare = 0.5;  // of the residual aimed at, left by a linear system
 constexpr double kForSteps = 0.6;     // share of the deadline for steps; the rest is for the error
 // Smallest share of a motion's square that is independent of newer motions, else it adds no
@@ -34,8 +34,8 @@ constexpr double kAimDirect = 1e-4, kAimIterative = 0.3, kAimTouching = 0.6;
 // Growth of the residual by new contacts, relative to the rest of it, from which on the next step
 // needs no tangent of its own [-].
 constexpr double kByContact = 2;
-// Reduction of the residual for which a step with the tangent of the step before does: by 3 to 10
-// where that one was predicted [-]. [measured: bench_organ]
+// Reduction of the residual for which the tangent of the previous step is sufficient. It reduces
+// the residual by a factor of 3 to 10 if that step was predicted [-]. [measured: bench_organ]
 constexpr double kBySameTangent = 3;
 constexpr double kRounding = 4e-16;  // of the diagonal's forces
 constexpr double kStalled = 0.5;

@@ -204,8 +204,9 @@ PALPATE_INLINE void Transpose(const Double8& a, const Double8& b, const Double8&
   (*of)[7] = __builtin_shufflevector(ab1, cd1, 6, 7, 14, 15);
 }
 
-// Adds the block of one pair of corners of eight elements. Neighbours add to the same one: a number
-// is always written and read with the same others, else the processor waits for the memory.
+// Adds the block of one pair of corners of eight elements. Neighbouring elements add to the same
+// block. A number is always written and read together with the same others, because otherwise the
+// processor waits for the memory.
 PALPATE_INLINE void AddBlocks(const std::array<int, kLanes>& blocks, const Lanes3x3& K,
                               double* values) {
   std::array<Double4, kLanes> first, second;

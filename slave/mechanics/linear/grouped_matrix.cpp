@@ -24,7 +24,7 @@ PALPATE_INLINE Float16 Component(const Float16& x) {
                                  8 + i, 12 + i, 12 + i, 12 + i, 12 + i);
 }
 
-// The blocks by their columns, times x.
+// Returns the products of blocks, given by columns, with x.
 PALPATE_INLINE Float16 Times(const Three& column, const Float16& x) {
   return column[0] * Component<0>(x) + column[1] * Component<1>(x) + column[2] * Component<2>(x);
 }
@@ -39,7 +39,7 @@ PALPATE_INLINE Float16 Gather(const float* x, const int* position) {
   return __builtin_shufflevector(low, high, 0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15);
 }
 
-// Adds the products of a group's transposed blocks with x to y where their columns are.
+// Adds the products of a group's transposed blocks with x to y, at the blocks' columns.
 PALPATE_INLINE void AddTransposed(const Kept& A, int group, const Float16& x, float* y) {
   const Float16 x0 = Component<0>(x), x1 = Component<1>(x), x2 = Component<2>(x);
   for (int k = A.begin[group]; k < A.begin[group + 1]; ++k) {
@@ -57,7 +57,7 @@ PALPATE_INLINE void AddTransposed(const Kept& A, int group, const Float16& x, fl
   }
 }
 
-// The sums of a group's blocks times their columns' x.
+// Returns the sums of the products of a group's blocks with x at the blocks' columns.
 PALPATE_INLINE Float16 Product(const Kept& A, int group, const float* x) {
   Float16 s0{}, s1{}, s2{};
   for (int k = A.begin[group]; k < A.begin[group + 1]; ++k) {

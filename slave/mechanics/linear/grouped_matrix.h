@@ -1,9 +1,8 @@
 // A symmetric matrix of 3 x 3 blocks in single precision, for sweeps of block Gauss and Seidel.
 //
-// Rows are sorted by colours, so that no two of a colour are neighbours, and by their lengths, and
-// are swept four at a time: what one row needs of the one before it is computed long before. Only
-// the blocks right of the diagonal are kept, which fit in a processor's cache twice as often as the
-// whole matrix; the others are their transposes.
+// Rows are sorted by colour and then by length. No two rows of a colour are neighbours, so that
+// four rows can be swept at a time without waiting for each other. Only the blocks right of the
+// diagonal are kept, because they need half the cache; the others are their transposes.
 #pragma once
 
 #include <array>
@@ -17,7 +16,7 @@
 
 namespace palpate::fem {
 
-// A row whose node moves across `normal` only, unit.
+// A row whose node moves perpendicular to the unit vector `normal` only.
 struct Guide {
   int row = 0;
   Eigen::Vector3d normal{0, 0, 1};
@@ -25,9 +24,9 @@ struct Guide {
 
 class GroupedMatrix {
  public:
-  // Four rows: x, y, z and a zero of each.
+  // x, y, z and a zero of each of four rows.
   using Group = Float16;
-  // In the matrix's own order; the rows of its last group are no rows and stay zero.
+  // Rows in the matrix's own order. The last group contains no rows and stays zero.
   using Vector = std::vector<Group>;
 
   // Keeps a reference to the pattern. All blocks are zero.
@@ -38,18 +37,19 @@ class GroupedMatrix {
   bool Set(const BlockMatrix& A, double scale, const NodeVector& free,
            std::span<const Guide> guides) noexcept;
 
-  // The following four are A = L + D + L^T among what is free. Vectors may hold anything elsewhere.
+  // In the next four functions L + D + L^T is the part of A with free rows and columns. Other
+  // entries of the vectors do not count.
   //
   // Solves (L + D) z = r, replaces r by D z, and computes what remains: left = -L^T z.
   void SweepForward(Vector* r, Vector* z, Vector* left) const noexcept;
-  // Replaces what is not free in x by zero.
+  // Sets the fixed components of x to zero.
   void Restrict(Vector* x) const noexcept;
   // y -= L x
   void SubtractLower(const Vector& x, Vector* y) const noexcept;
   // Solves (D + L^T) z = r, and adds L times the change of z to y.
   void SweepBackward(const Vector& r, Vector* z, Vector* y) const noexcept;
 
-  // Where a row is in a Vector taken as numbers.
+  // Returns the index of a row in a Vector that is read as an array of numbers.
   [[nodiscard]] std::size_t Place(int row) const {
     return 4 * static_cast<std::size_t>(position_[static_cast<std::size_t>(row)]);
   }
@@ -65,8 +65,8 @@ class GroupedMatrix {
   const BlockPattern& pattern_;
   std::vector<int> position_;   // per row
   std::vector<int> begin_;      // per group: its first step
-  std::vector<int> column_;     // per step and row of the group: a position
-  std::vector<int> block_;      // the same: of the pattern; -1: none
+  std::vector<int> column_;     // per step and row of the group: position of the column
+  std::vector<int> block_;      // per step and row: block of the pattern; -1: none
   std::vector<Three> values_;   // per step: rows of the four blocks
   std::vector<Three> inverse_;  // per group, of the diagonal: columns
   Vector free_;

@@ -4,9 +4,9 @@
 
 #include <array>
 
-// Compiled for the baseline, AVX with fused products, and AVX-512; the loader picks. Only free
-// functions; what they call must be inlined into them. Not under the sanitizers, which start after
-// the loader.
+// Compiles a function for the baseline, AVX with fused products, and AVX-512; the loader selects a
+// version. Only for free functions; their callees must be inlined. Not used with sanitizers, which
+// start after the loader.
 #if defined(__x86_64__) && !defined(__AVX512F__) && !defined(PALPATE_SANITIZED)
 #define PALPATE_DISPATCHED __attribute__((target_clones("default", "fma", "avx512f")))
 #else
@@ -22,7 +22,7 @@ using Double8 [[gnu::vector_size(64)]] = double;
 using Mask8 [[gnu::vector_size(64)]] = long long;
 inline constexpr int kLanes = 8;
 using Lanes3x3 = std::array<std::array<Double8, 3>, 3>;
-// Single precision: four numbers read from anywhere; four times four of four rows.
+// Single precision: four numbers at any address; four numbers of each of four rows.
 using Float8 [[gnu::vector_size(32)]] = float;
 using LooseFloat8 [[gnu::vector_size(32), gnu::may_alias, gnu::aligned(4)]] = float;
 using LooseFloat16 [[gnu::vector_size(64), gnu::may_alias, gnu::aligned(4)]] = float;
