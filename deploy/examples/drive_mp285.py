@@ -42,13 +42,13 @@ class Mp285:
         self.line = serial.Serial(port, 9600, timeout=PATIENCE, write_timeout=PATIENCE)
         self.known: Steps | None = None  # last position
         self.sent: Steps | None = None   # target of a move that may have been executed since
-        self.heard_at = time.monotonic()
+        self.received_at = time.monotonic()
 
     def find(self) -> Steps:
         """Interrupts a move, discards pending data, and reads the position twice. After a longer silence the position
         must be the last one or on the commanded path: a device that was switched off counts from another origin.
         """
-        was_away = self.known is not None and time.monotonic() - self.heard_at > MAX_SILENT_PERIODS * PATIENCE
+        was_away = self.known is not None and time.monotonic() - self.received_at > MAX_SILENT_PERIODS * PATIENCE
         self._write(b"\x03")
         while self.line.read(64):
             pass
@@ -63,7 +63,7 @@ class Mp285:
 
     def _know(self, steps: Steps) -> Steps:
         self.known = self.sent = steps
-        self.heard_at = time.monotonic()
+        self.received_at = time.monotonic()
         return steps
 
     def move_to(self, steps: Steps, takes: float) -> Steps:

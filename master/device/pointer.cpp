@@ -35,7 +35,7 @@ void Pointer::TakeAim(Time now) noexcept {
   const bool is_another = newest != nullptr && newest->page != aim_.page;
   if (newest != nullptr) aim_ = *newest;
   used_ = aim_.stamp;
-  const bool is_silent = SecondsBetween(aim_.heard_at, now) > kSilence;
+  const bool is_silent = SecondsBetween(aim_.received_at, now) > kSilence;
   if (!aim_.engaged) let_go_ = true;
   if (intent_.engaged && is_silent) let_go_ = false;
   if (is_another) let_go_ = true;

@@ -17,7 +17,7 @@ struct PointerAim {
   Eigen::Vector3d p_M{0, 0, 0};  // relative to the start of the engagement, frame M [m]
   std::uint64_t page = 0;        // the sender
   bool engaged = false;          // the button is pressed: the device follows
-  Time heard_at{};               // master's clock
+  Time received_at{};            // master's clock
   double stamp = 0;              // of the page, returned by `used` once it is applied
 };
 

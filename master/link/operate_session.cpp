@@ -21,7 +21,7 @@ constexpr double kMilli = 1e-3;
 }  // namespace
 
 grpc::Status OperateSession::Run(const std::stop_token& stop) {
-  heard_at_ = Clock::now() + first_within_;
+  received_at_ = Clock::now() + first_within_;
   const auto stream = with_.stub.Operate(&context_);
   std::jthread sender([&](const std::stop_token& ended) {
     std::stop_source either;
@@ -63,7 +63,7 @@ void OperateSession::SendCommands(Stream* stream, const std::stop_token& stop) {
 }
 
 bool OperateSession::MayGoOn(Time now) {
-  silent_ = now - heard_at_.load() > silence_;
+  silent_ = now - received_at_.load() > silence_;
   expired_ = std::chrono::system_clock::now() >= trusted_until_.load();
   if (!silent_ && !expired_) return true;
   context_.TryCancel();
@@ -103,7 +103,7 @@ void OperateSession::ReceiveFromStream(std::shared_ptr<v1::SlaveState> message) 
   if (message->has_datagrams()) OpenDatagrams(message->datagrams());
   message->clear_datagrams();
   if (exchange_.TakeFromStream(std::move(message), now)) {
-    heard_at_ = now;  // only the stream counts, not datagrams
+    received_at_ = now;  // only the stream counts, not datagrams
   }
 }
 

@@ -126,7 +126,7 @@ class OperateSession {
   const Requests requests_;
   OperateExchange exchange_;
   grpc::ClientContext context_;
-  std::atomic<Time> heard_at_{Clock::now()};  // arrival of the last valid state of the stream
+  std::atomic<Time> received_at_{Clock::now()};  // arrival of the last valid state of the stream
   std::atomic<bool> silent_{false}, expired_{false};
   std::atomic<WallTime> trusted_until_{WallTime::max()};  // expiry of the slave's certificate
   bool is_introduced_ = false;  // used by the sender only, like the next two

@@ -19,14 +19,14 @@ class PointerControlLock {
   bool Hears(std::uint64_t page, bool engaged, Time now) {
     if (!engaged) too_early_.erase(page);
     const bool is_led =
-        leader_ != 0 && leader_ != page && SecondsBetween(heard_at_, now) <= Pointer::kSilence;
+        leader_ != 0 && leader_ != page && SecondsBetween(received_at_, now) <= Pointer::kSilence;
     if (is_led || too_early_.contains(page)) {
       if (engaged) too_early_.insert(page);
       return false;
     }
     if (!engaged && leader_ != page && leader_ != 0) return false;
     leader_ = engaged ? page : 0;
-    heard_at_ = now;
+    received_at_ = now;
     return true;
   }
   // Removes `page`. True: it had control.
@@ -39,7 +39,7 @@ class PointerControlLock {
 
  private:
   std::uint64_t leader_ = 0;           // 0: none
-  Time heard_at_{};                    // last message of the leader
+  Time received_at_{};                 // last message of the leader
   std::set<std::uint64_t> too_early_;  // pages that engaged while another had control
 };
 

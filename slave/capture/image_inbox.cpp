@@ -128,8 +128,8 @@ struct ImageInbox::State {
   mutable PriorityInheritanceMutex mutex;  // guards the members below
   SenderId sender = 0;
   SenderClock clock;
-  std::optional<Time> heard_at, sensed_at;  // slave's clock; sender's
-  std::uint64_t sequence = 0;               // of the sender's newest
+  std::optional<Time> received_at, sensed_at;  // slave's clock; sender's
+  std::uint64_t sequence = 0;                  // of the sender's newest
   PaceLimit pace{std::max(kMinAllowed, kMaxPerRate* wanted.rate)};
   cv::Size size;  // of the first
   int type = -1;
@@ -191,7 +191,7 @@ std::optional<std::string> ImageInbox::State::Unlike(const StereoPair& sample) {
 // No image, nor the later one of a pair, arrives before it was taken. The time of a pair is the
 // mean of both. Times must rise, even if a new fastest sample changes the clock offset.
 void ImageInbox::State::Stamp(const PushedSample& pushed, Time arrived_at, StereoPair* sample) {
-  heard_at = arrived_at;
+  received_at = arrived_at;
   sensed_at = pushed.sensed_at;
   sequence = pushed.sequence;
   const Time latest = pushed.sensed_at + Seconds(std::max(0.0, sample->skew));
@@ -224,7 +224,7 @@ std::optional<ImageInbox::Refusal> ImageInbox::Feed(const PushedSample& pushed, 
   {
     const std::scoped_lock lock(s.mutex);
     const bool is_other = s.sender != 0 && sender != s.sender;
-    if (is_other && s.heard_at && SecondsBetween(*s.heard_at, arrived_at) < kSilence) {
+    if (is_other && s.received_at && SecondsBetween(*s.received_at, arrived_at) < kSilence) {
       return Refusal{
           "is already fed by a stream: expected one stream, or a new one a second after the "
           "last sample",

@@ -105,12 +105,12 @@ bool StreamedManipulator::at_limit() const noexcept {
 }
 
 bool StreamedManipulator::IsSilent(Time now) const noexcept {
-  return driver_.id != 0 && SecondsBetween(driver_.heard_at, now) > options_.silence;
+  return driver_.id != 0 && SecondsBetween(driver_.received_at, now) > options_.silence;
 }
 
 std::string StreamedManipulator::SilenceInWords(Time now) const {
   return fmt::format("the manipulator's driver has been silent for {:.3f} s",
-                     SecondsBetween(driver_.heard_at, now));
+                     SecondsBetween(driver_.received_at, now));
 }
 
 bool StreamedManipulator::IsFaultyAt(Time now) const noexcept {
@@ -221,7 +221,7 @@ std::optional<DriverRefusal> StreamedManipulator::Take(DriverId driver, const st
   if (driver != driver_.id) BeginWith(driver, name);
   driver_.sequence = reading.sequence;
   driver_.measured_at = reading.measured_at;
-  driver_.heard_at = arrived_at;
+  driver_.received_at = arrived_at;
   ++driver_.reports;
   const Time measured_at = driver_.clock.Map(reading.measured_at, arrived_at);
   const std::string fault = FindFault(reading, measured_at);

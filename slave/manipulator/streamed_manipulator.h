@@ -62,8 +62,9 @@ class StreamedManipulator final : public Manipulator {
     std::string name;
     std::uint32_t frame = 0;  // count of drivers so far; each has its own origin
     SenderClock clock;
-    std::uint64_t sequence = 0;      // of the newest reading, accepted or not
-    Time measured_at{}, heard_at{};  // times of that reading, by the driver's and the slave's clock
+    std::uint64_t sequence = 0;  // of the newest reading, accepted or not
+    Time measured_at{},
+        received_at{};  // times of that reading, by the driver's and the slave's clock
     std::uint64_t reports = 0;
   };
   struct Kept {

@@ -22,7 +22,7 @@ OperatorLease::Answer OperatorLease::RequestTicket(const std::string& peer,
     if (holder_.ticket != 0) {
       const auto silence =
           holder_.engaged ? silence_ : std::min<Clock::duration>(silence_, kIdleSilence);
-      if (now - holder_.heard_at < silence) {
+      if (now - holder_.received_at < silence) {
         return Refusal{"the lease is held by " + DescribeHolder() +
                        ": it becomes free when that stream ends"};
       }
@@ -33,7 +33,7 @@ OperatorLease::Answer OperatorLease::RequestTicket(const std::string& peer,
     }
     slave_.BeginOperating();
     ticket = ++last_ticket_;
-    holder_ = {.ticket = ticket, .known_as = name, .peer = peer, .heard_at = now};
+    holder_ = {.ticket = ticket, .known_as = name, .peer = peer, .received_at = now};
     holder_.dismiss = std::move(dismiss);
   }
   if (dismiss_silent_holder) {
@@ -64,7 +64,7 @@ bool OperatorLease::Command(Ticket ticket, const v1::OperatorCommand& message) {
   }
   const bool is_newer = command->sequence > holder_.sequence;
   if (slave_.Command(*command) && is_newer) {
-    holder_.heard_at = Clock::now();
+    holder_.received_at = Clock::now();
     holder_.engaged = command->engaged;
     holder_.sequence = command->sequence;
     ReportRoundTrip(*command);
@@ -85,7 +85,8 @@ void OperatorLease::StopTool() {
 void OperatorLease::ReportRoundTrip(const OperatorCommand& command) {
   if (!command.echo || command.state_sequence <= holder_.state_sequence) return;
   holder_.state_sequence = command.state_sequence;
-  if (on_round_trip_) on_round_trip_(holder_.peer, SecondsBetween(*command.echo, holder_.heard_at));
+  if (on_round_trip_)
+    on_round_trip_(holder_.peer, SecondsBetween(*command.echo, holder_.received_at));
 }
 
 void OperatorLease::RefuseOthers(const std::string& peer) const {

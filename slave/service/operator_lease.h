@@ -88,7 +88,7 @@ class OperatorLease {
     std::optional<std::string> known_as;  // name at the time of the lease; nullopt: not known yet
     std::string name, peer;
     bool engaged = false;        // according to the newest command
-    Time heard_at{};             // a valid command newer than all before
+    Time received_at{};          // a valid command newer than all before
     std::uint64_t sequence = 0;  // of that command
     Dismiss dismiss;
     std::uint64_t state_sequence = 0;  // the newest acknowledged state

@@ -132,7 +132,7 @@ describe('a camera that goes silent while nobody operates', () => {
     assert.ok(!stage.statuses.some((status) => status.alarms.some(({ text }) => text.startsWith('The force is'))));
   });
 
-  test('a scene in use is told to the page, and the alarms of its slave are shown', async () => {
+  test('a scene in use is reported on the page, and the alarms of its slave are shown', async () => {
     await until(() => stage.health?.scene && stage.status, 'a slave that is watched');
     const [left, top, right, bottom] = [305, 80, 335, 124], [u, v] = [319.5, 124.757], camera = stage.health.scene.setup_camera.split('\n').filter(Boolean);
     const tip = await stage.page.evaluate(async ([base64, x, y, width, height]) => {

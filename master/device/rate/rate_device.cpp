@@ -35,7 +35,7 @@ RateDevice::RateDevice(std::unique_ptr<RateSource> source, double speed, bool po
 
 void RateDevice::Poll(Time now) {
   RateInput input = source_->Poll(now);
-  input.heard_at = now;
+  input.received_at = now;
   inputs_.Put(input);
   const bool is_recent = SecondsBetween(written_at_, now) < kLetGoAfter;
   source_->Cue(is_recent ? force_share_.load() : 0, now);
@@ -45,7 +45,7 @@ DeviceReading RateDevice::DoRead(Time now) noexcept {
   const double dt = last_ ? std::clamp(SecondsBetween(*last_, now), 0.0, kMaxStep) : 0;
   last_ = now;
   if (const RateInput* newest = inputs_.Take()) input_ = *newest;
-  const double age = SecondsBetween(input_.heard_at, now);
+  const double age = SecondsBetween(input_.received_at, now);
   const bool good = input_.fault == DeviceFault::kNone && age < kSilentAfter;
   const bool moves = good && input_.engaged && age < kStopAfter;
   intent_.v_M = moves ? Eigen::Vector3d(speed_ * input_.share) : Eigen::Vector3d(0, 0, 0);
@@ -53,7 +53,7 @@ DeviceReading RateDevice::DoRead(Time now) noexcept {
   intent_.p_M += dt * intent_.v_M;
   hand_.Step(dt, intent_);
   DeviceReading reading{hand_.p_M(), hand_.v_M(), good && input_.engaged};
-  reading.at = input_.heard_at;
+  reading.at = input_.received_at;
   reading.status.buttons = input_.buttons;
   reading.status.fault = input_.fault;
   reading.status.cause = input_.cause;

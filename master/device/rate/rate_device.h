@@ -23,7 +23,7 @@ struct RateInput {
   std::uint32_t buttons = 0;
   DeviceFault fault = DeviceFault::kNone;
   const char* cause = "";  // of the fault, of static lifetime
-  Time heard_at{};         // set by RateDevice
+  Time received_at{};      // set by RateDevice
 };
 
 class RateSource {

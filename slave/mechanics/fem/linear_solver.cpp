@@ -317,7 +317,7 @@ SolveOutcome LinearSolver::Iterate(const BlockMatrix& A, const Constraints& cons
     return IterateOnGrids(r, x, target);
   }
   SolveOutcome outcome;
-  const int most = Most();
+  const int most = MaxIterations();
   double best = Norm(r);
   const double reachable = std::max(target, kRounding * best);
   int best_at = 0;
@@ -361,14 +361,14 @@ SolveOutcome LinearSolver::Iterate(const BlockMatrix& A, const Constraints& cons
   return outcome;
 }
 
-int LinearSolver::Most() const {
+int LinearSolver::MaxIterations() const {
   if (has_factor()) return kMaxWithFactor;
   return late_factor_ && factorable_ ? std::max(0, late_worth_ - spent_) : kMaxIterations;
 }
 
 SolveOutcome LinearSolver::IterateOnGrids(NodeVector& r, NodeVector& x, double target) noexcept {
   SolveOutcome outcome;
-  const int most = Most();
+  const int most = MaxIterations();
   for (grids_->Begin(r); outcome.iterations < most; ++outcome.iterations) {
     const double size = grids_->residual();
     outcome.converged = size <= target;

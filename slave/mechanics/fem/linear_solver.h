@@ -38,7 +38,7 @@ class LinearSolver {
     // Large bodies get a single-precision factor when it saves time.
     bool late_factor = false;
     double max_flops = kAnyFlops;  // of a factor that goes first
-    // Grids are given every matrix by Follow, and iterate with their copy of it.
+    // Grids receive every matrix by Follow, and iterate with their own copy of it.
     bool follows = false;
     SearchProgress* progress = nullptr;  // asked on the way whether to stop; may be null
   };
@@ -71,8 +71,8 @@ class LinearSolver {
   SolveOutcome Iterate(const BlockMatrix& A, const Constraints& constraints, NodeVector& r,
                        NodeVector& x, double target) noexcept;
   SolveOutcome IterateOnGrids(NodeVector& r, NodeVector& x, double target) noexcept;
-  // Iterations that are worth making.
-  [[nodiscard]] int Most() const;
+  // Iterations after which another way of solving is cheaper.
+  [[nodiscard]] int MaxIterations() const;
   void CountAge(int iterations, double digits) noexcept;
   // Computes `turns_`: the rotation of each node since the matrix of the factor.
   void FindTurns() noexcept;

@@ -263,7 +263,7 @@ void Fill(std::uint64_t sequence, v1::SlaveState* state) {
   state->mutable_p_s_tip();
 }
 
-// A slave whose states are changed by `alter`. It accepts any operator while it is told to.
+// A slave whose states are changed by `alter`. It accepts operators while `accepts` is set.
 class ScriptedPeer final : public v1::Teleoperation::Service {
  public:
   using Alter = std::function<void(v1::SlaveState*)>;
@@ -280,9 +280,9 @@ class ScriptedPeer final : public v1::Teleoperation::Service {
       grpc::ServerReaderWriter<v1::SlaveState, v1::OperatorCommand>* stream) override {
     ++opened;
     if (!has_arm) return Error(v1::ERROR_REASON_NO_MANIPULATOR, "nobody can operate");
-    if (!lets) return {grpc::StatusCode::PERMISSION_DENIED, "role 'sensor' may not call this"};
+    if (!accepts) return {grpc::StatusCode::PERMISSION_DENIED, "role 'sensor' may not call this"};
     v1::SlaveState state;
-    while (lets && !context->IsCancelled()) {
+    while (accepts && !context->IsCancelled()) {
       Fill(state.sequence() + 1, &state);
       alter_(&state);
       state.clear_events();
@@ -332,7 +332,7 @@ class ScriptedPeer final : public v1::Teleoperation::Service {
   std::atomic<std::uint64_t> stops{7};
   std::atomic<bool> has_stopped{false};  // to be reported by a state
   std::function<bool()> delays_answer = [] { return false; };
-  std::atomic<bool> lets{true}, has_arm{true}, ends{false};
+  std::atomic<bool> accepts{true}, has_arm{true}, ends{false};
   std::atomic<std::uint32_t> revision{0};
   std::atomic<int> opened{0}, watched{0};  // streams of Operate, and states of WatchState
 
@@ -379,7 +379,7 @@ TEST_F(DatagramLinkTest, WithoutDatagramsTheStreamContinuesAndThisIsReported) {
     EXPECT_TRUE(pair->loop.Until([&] { return link.stats().states > states + 10; }));
     EXPECT_TRUE(link.stats().connected);
     EXPECT_EQ(link.stats().states_by_datagram, 0U);
-    pair->slave.lets = false;
+    pair->slave.accepts = false;
   }
 }
 
@@ -416,7 +416,7 @@ TEST_F(DatagramLinkTest, OldAndLateDatagramsAreIgnored) {
     return loop_.newest.state.sequence == 1'000'000;
   }));
   EXPECT_EQ(link.stats().states_by_datagram, 1U);
-  slave.lets = false;
+  slave.accepts = false;
   ASSERT_TRUE(loop_.Until([&] { return loop_.newest.ended; }));
   for (std::uint64_t sequence = 1'000'001; sequence < 1'000'100; ++sequence) send(sequence);
   std::this_thread::sleep_for(std::chrono::milliseconds(50));
@@ -428,15 +428,15 @@ TEST_F(DatagramLinkTest, OldAndLateDatagramsAreIgnored) {
 // not, since its certificate may be renewed.
 TEST_F(SlaveLinkTest, WhoMayNotOperateGetsTheReason) {
   ScriptedPeer slave([](v1::SlaveState*) {});
-  slave.lets = false;
+  slave.accepts = false;
   SlaveLink link(To(slave.address));
   EXPECT_FALSE(link.denied());
   link.Start(&loop_.states, &loop_.commands, &loop_.settings);
   ASSERT_TRUE(loop_.Until([&] { return link.denied(); }));
   EXPECT_THAT(link.stats().trouble, HasSubstr("role 'sensor' may not call"));
-  slave.lets = true;
+  slave.accepts = true;
   ASSERT_TRUE(loop_.Until([&] { return link.stats().connected && !link.denied(); }));
-  slave.lets = false;
+  slave.accepts = false;
   ASSERT_TRUE(
       loop_.Until([&] { return link.stats().trouble.find("may not call") != std::string::npos; }));
   EXPECT_FALSE(link.denied());
@@ -468,7 +468,7 @@ TEST_F(SlaveLinkTest, WhereNobodyCanOperateTheLeaseIsRequestedOnce) {
   slave.revision = 3;
   ASSERT_TRUE(loop_.Until([&] { return link.stats().connected; }));
   EXPECT_FALSE(link.stats().observes);
-  slave.lets = false;
+  slave.accepts = false;
 }
 
 // The operator decides to reset, and another client stops before the request arrives.
