@@ -1,4 +1,4 @@
-// Limits of one camera's checks, as `check` prints them. Rows are those of the robustness suite.
+// Limits of one camera's checks. Rows in the evidence are those of the robustness suite.
 #pragma once
 
 namespace palpate {

@@ -1,5 +1,4 @@
-// Limits of the checks of a load on points, as `check` prints them. Rows are those of the
-// robustness suite.
+// Limits of the checks of a load on points. Rows in the evidence are those of the robustness suite.
 #pragma once
 
 namespace palpate {

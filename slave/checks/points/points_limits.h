@@ -1,5 +1,5 @@
-// Limits of the checks of a stereo pair or depth camera, as `check` prints them. Rows are those of
-// the robustness suite.
+// Limits of the checks of a stereo pair or depth camera. Rows in the evidence are those of the
+// robustness suite.
 #pragma once
 
 namespace palpate {
