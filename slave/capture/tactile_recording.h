@@ -31,16 +31,15 @@ struct TactileRecording {
   std::vector<RecordedFinger> fingers;
 };
 
-// Columns: a time in seconds (the first of `rel_time_s`, `time_s`, `t_s`, `t`, `timestamp`), per
-// finger `NAME_E1` to `NAME_E19`, `NAME_pac0`, `NAME_pdc`, or without `NAME_` for a single finger;
-// `ele1` and `pac1` are accepted too. Other sensors: `NAME_c1` to `NAME_cN`; a unit in brackets
-// behind the name must be that of `channels`. A finger's pose, if it has one: `NAME_x`, `NAME_y`,
-// `NAME_z` (origin of F in S [m]) and `NAME_qw` to `NAME_qz` (rotation of F in S, a quaternion of
-// length one to 1 %). One header row; lines that begin with # are comments.
-// `wanted`: the fingers to read, empty: all. Throws std::runtime_error `file:line: ...`:
-// unreadable, a finger or a channel missing or beyond the last (which), part of the columns of a
-// pose, a row with more or fewer columns than the header, not a finite number, not a unit
-// quaternion, a time that does not increase.
+// Columns: a time in seconds (see FindTimeColumn), per finger `NAME_E1` to `NAME_E19`, `NAME_pac0`,
+// `NAME_pdc`, or without `NAME_` for a single finger; `ele1` and `pac1` are accepted too. Other
+// sensors: `NAME_c1` to `NAME_cN`; a unit in brackets behind the name must be that of `channels`. A
+// finger's pose, if it has one: `NAME_x`, `NAME_y`, `NAME_z` (origin of F in S [m]) and `NAME_qw`
+// to `NAME_qz` (rotation of F in S, a quaternion of length one to 1 %). One header row; lines that
+// begin with # are comments. `wanted`: the fingers to read, empty: all. Throws std::runtime_error
+// `file:line: ...`: unreadable, a finger or a channel missing or beyond the last (which), part of
+// the columns of a pose, a row with more or fewer columns than the header, not a finite number, not
+// a unit quaternion, a time that does not increase.
 TactileRecording ReadTactileRecording(const std::filesystem::path& file,
                                       std::span<const std::string> wanted,
                                       const TactileChannels& channels = {});
@@ -57,8 +56,9 @@ std::vector<RecordedFinger> ReadTactileFingers(const std::filesystem::path& file
 // of the thread that takes them. Throws std::runtime_error like ReadTactileRecording.
 std::unique_ptr<TactileSource> OpenTactileRecording(const Scene& scene);
 
-// Returns the column of a recording that is its clock: the first of `rel_time_s`, `time_s`, `t`,
-// `time`, `timestamp` that is there. Throws std::runtime_error `file:line: ...`: none is.
+// Returns the column of a recording that is its clock: the first of `rel_time_s`, `time_s`,
+// `t_s`, `t`, `time`, `timestamp` that is there. Throws std::runtime_error `file:line: ...`: none
+// is.
 std::size_t FindTimeColumn(const CsvTable& rows);
 
 // The time of this row [s]. Throws: no time in seconds, or not later than `*before` (null: the

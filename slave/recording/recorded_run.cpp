@@ -55,6 +55,7 @@ Scene SceneOf(const RecordedBeginning& beginning, const std::filesystem::path& f
   return scene;
 }
 
+// Repeats the steps of a recording with a live slave and compares each new estimate.
 class Again {
  public:
   Again(const std::filesystem::path& file, const std::filesystem::path& out)

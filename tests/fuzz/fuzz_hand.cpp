@@ -1,4 +1,4 @@
-// Orders of events at the haptic loop.
+// Fuzzes sequences of events at the haptic loop.
 #include "tests/master/haptics/hand_sequence.h"
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {

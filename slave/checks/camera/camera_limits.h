@@ -13,11 +13,11 @@ struct CameraLimits {
   static constexpr double kToolElsewhere = 1;
   // Error of the tool's width [-]. [tuned: tool's width stated wrong]
   static constexpr double kToolWidth = 0.12;
-  // Edge width, 1: sharp [-].
+  // Smallest sharpness of the edge, 1: sharp [-].
   static constexpr double kSharpAtRest = 0.30;
 
   // Each image.
-  // Edge width relative to the first image [-]. [tuned: defocus while pressed]
+  // Smallest sharpness relative to the first image [-]. [tuned: defocus while pressed]
   static constexpr double kSharpness = 0.47;
   // Brightest edge, of the largest grey level [-]. [tuned: over-exposed at rest]
   static constexpr double kOverexposed = 1.15;
@@ -32,7 +32,7 @@ struct CameraLimits {
   static constexpr double kMaxTurn = 0.06, kMaxGrowth = 0.03;
   // Indentation that needs no confirmation [px].
   static constexpr double kSmallIndentation = 1.5;
-  // Images in which a larger one may stay out of sight [-].
+  // Number of images in which a larger one may stay unseen [-].
   static constexpr int kUnconfirmed = 6;
   // Sigma of the edge's indentation without any model error, per axis [px].
   static constexpr double kEdgeSigma = 0.2;

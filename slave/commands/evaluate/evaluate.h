@@ -19,8 +19,8 @@ struct EvaluateOptions {
   std::filesystem::path cloud;         // PCD, frame of the camera
   std::filesystem::path out;           // folder
   std::filesystem::path contacts,
-      loads;                         // CSV as for `solve`; empty: the estimate from the fingertips
-  std::string segment = "surfaces";  // surfaces colour no
+      loads;  // CSV as for `solve`; both empty: the estimate from the fingertips
+  std::string segment = "surfaces";  // separation of the object: surfaces, colour or no
   std::vector<double> at;            // x, y, z of a point on the object, frame of the camera [m]
   double leaf = 0.01;                // of the octree [m]
 };

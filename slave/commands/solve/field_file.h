@@ -21,7 +21,8 @@ class FieldFile {
 
   // A solution of the model.
   void AddCase(const std::string& name, const Solution& solution);
-  // Every case's array, named after it if there are several. False: the file cannot be written.
+  // Writes the array of every case, named after the case if there are several. False: the file
+  // cannot be written.
   [[nodiscard]] bool Write() const;
 
  private:

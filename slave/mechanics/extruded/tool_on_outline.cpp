@@ -14,7 +14,8 @@ using Eigen::Vector2d;
 
 constexpr double kFlat = 1e-3;    // of the larger side, see PlaceTool
 constexpr double kCorner = 0.87;  // cosine between neighbours' normals: 30 degrees [by definition]
-constexpr double kMeets = 1e-6;   // of the tool's width: its end is at a vertex
+// Distance from a vertex, relative to the tool's width, within which the tool ends at the vertex.
+constexpr double kMeets = 1e-6;
 
 int LoopOf(const BoundaryMesh& mesh, int element) {
   int loop = 0;

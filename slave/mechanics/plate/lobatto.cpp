@@ -6,7 +6,7 @@
 namespace palpate::plate {
 namespace {
 
-// Legendre's polynomial of degree n on [-1, 1], its slope and its curvature (inside).
+// Legendre's polynomial of degree n on [-1, 1]; its slope and curvature, for |x| < 1 only.
 struct Legendre {
   Legendre(int n, double x) {
     double before = 1;

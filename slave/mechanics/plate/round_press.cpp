@@ -164,6 +164,7 @@ bool RoundPress::Solve(const Goal& goal) noexcept {
 
 bool RoundPress::Newton(const Goal& goal) noexcept {
   const Eigen::Index count = slope_.size();
+  // The slope's entries of a vector in which slope and psi alternate.
   const auto odd = [count](Eigen::VectorXd& both) {
     return Eigen::Map<Eigen::VectorXd, 0, Eigen::InnerStride<2>>(both.data(), count);
   };

@@ -21,11 +21,11 @@ using Eigen::Isometry3d;
 using Eigen::Vector3d;
 using simulation::LoadPathCache;
 
-constexpr double kFriction = 1;        // of the skin on the object [-]
-constexpr double kMaxDistance = 1e6;   // positions farther from home are ignored [m]
-constexpr double kMinDepth = 0.01;     // smallest depth of the solved steps [m]
-constexpr double kDepthReserve = 1.5;  // the same in multiples of operator.press.depth
-constexpr double kMaxOfBody = 0.6;     // limit of both, relative to the body's size
+constexpr double kFriction = 1;       // of the skin on the object [-]
+constexpr double kMaxDistance = 1e6;  // positions farther from home are ignored [m]
+// Depth up to which presses are solved: at least kMinDepth [m], at least kDepthReserve times
+// operator.press.depth, and at most kMaxOfBody of the body's size along the approach.
+constexpr double kMinDepth = 0.01, kDepthReserve = 1.5, kMaxOfBody = 0.6;
 
 // Position of the hand and its contacts.
 struct HandState {
@@ -84,7 +84,8 @@ struct TactileSite::State {
   [[nodiscard]] Vector3d Sideways(std::size_t f, const HandState& hand,
                                   const simulation::TouchBetween& between) const;
   [[nodiscard]] FingerTruth TruthOf(std::size_t f, const HandState& hand) const;
-  // Returns the motion of the finger nearest to `p_O`.
+  // Returns how the finger nearest to `p_O` moves with the hand: 1 in the same direction, -1
+  // opposite, 0 not.
   [[nodiscard]] double SenseNear(const Vector3d& p_O, const HandState& hand) const;
   FingerReading ReadingOf(std::size_t f, const HandState& hand);
   [[nodiscard]] HandState now() const {
@@ -94,8 +95,10 @@ struct TactileSite::State {
 
   const simulation::TrueObject object;
   const std::shared_ptr<const simulation::RestBody> home_body;
-  const double period, press_depth, skin_scale, tangential_part;
-  double home_gap = 0;
+  const double period, press_depth;  // of the samples [s]; operator.press.depth [m]
+  const double skin_scale;           // radius of the simulated skin by that of the scene's finger
+  const double tangential_part;      // tangential by normal stiffness of a contact (Mindlin) [-]
+  double home_gap = 0;               // way along the approach from home to the first contact [m]
   std::vector<SimulatedFingertip> fingertips;  // TakeSample's thread only
   std::uint64_t sequence = 0;                  // TakeSample's thread only
 

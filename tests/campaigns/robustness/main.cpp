@@ -31,9 +31,9 @@ constexpr const char* kHelp = R"(Examples:
   robustness --mixed 100 --seed 7 --only '^camera'    two at a time, drawn at random
   robustness --list
 
-Writes OUT/table.csv and OUT/table.txt. A row holds if none of its estimates is
-silently wrong (`valid`, off by more than 3 sigma and more than 5 % of the largest true force), and
-where the force must be right, if 80 % are `valid` and these within 5 % rms.
+Writes OUT/table.csv and OUT/table.txt. A row holds if none of its estimates is an undetected
+error (`valid`, off by more than 3 sigma and more than 5 % of the largest true force), and where
+the force must be right, if 80 % are `valid` and these within 5 % rms.
 
 Exit codes: 0 every row holds, or is in the list of --known; 1 one does not; 2 unusable arguments.)";
 

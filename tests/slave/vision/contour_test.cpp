@@ -157,7 +157,7 @@ TEST_P(ContourSizes, TheContourRunsAroundTheBlock) {
       FindRestContour(options, image, GreyFormat(image), painting.tool->width, false);
   const Curve& points = contour.outline;
   ASSERT_EQ(points.size(), static_cast<std::size_t>(count));
-  EXPECT_LT(CurveArea(points), 0) << "counter-clockwise to the eye";
+  EXPECT_LT(CurveArea(points), 0) << "counter-clockwise as displayed";
   const double area = 4 * painting.body->half.prod();
   EXPECT_NEAR(-CurveArea(points) / area, 1, 0.06 + 4.0 / count);
   EXPECT_LT(CurveArea(contour.edge), 0);

@@ -87,8 +87,8 @@ TEST(EliminationOrder, IsThatOfAllNodesAndTheSameAgain) {
   EXPECT_EQ(EliminationOrder({{0}, {1}, {2}}).size(), 3U);  // no unknowns are coupled
 }
 
-// Reference: factors in the order of numbering, slice by slice, have side^5 entries, dissected ones
-// some 31 n log2 n of a plane's and 10 side^4 here.
+// Reference: in the order of numbering, slice by slice, a factor has side^5 entries. With nested
+// dissection it has about 31 n log2 n on a plane grid, and about 10 side^4 on this one.
 TEST(EliminationOrder, KeepsFactorsSparse) {
   const auto grid = Grid(14);
   const auto entries = [&](const std::vector<int>& order) {
