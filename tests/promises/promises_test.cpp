@@ -66,7 +66,8 @@ int LineOf(const std::filesystem::path& page, const std::string& sentence) {
   return 0;
 }
 
-// A valid force whose error exceeds both limits is silently wrong, as in the robustness campaign.
+// A valid force whose error exceeds both limits is an undetected error, as in the robustness
+// campaign.
 constexpr double kSilentShare = 0.05;  // of the largest true force
 constexpr double kSilentSigmas = 3;
 constexpr double kContactShare = 0.01;  // of the largest true force

@@ -22,10 +22,11 @@ constexpr double kNarrowest = 1e-3;  // smallest contact width relative to l, al
 constexpr double kExtrudedError = 0.03, kLockingError = 0.05, kLocks = 0.49;
 // Smallest extent of a tool relative to its width, from the same blocks.
 constexpr double kMinExtent = 0.25;
-constexpr double kUnsure = 0.1;  // of g [measured: plane_thickness.py]
+constexpr double kUnsure = 0.1;  // relative error of g [measured: plane_thickness.py]
 
+// L and l of tool_domain.h, which explains the other symbols, too.
 struct Lengths {
-  double larger = 0, smaller = 0;  // L, l [m]
+  double larger = 0, smaller = 0;  // [m]
 };
 Lengths LengthsOf(const BoundaryMesh& mesh) {
   Eigen::AlignedBox2d box;
@@ -38,7 +39,7 @@ Lengths LengthsOf(const BoundaryMesh& mesh) {
   return {box.sizes().maxCoeff(), std::min(box.sizes().minCoeff(), 4 * std::abs(area) / perimeter)};
 }
 
-// R under a contact of `width` l.
+// Returns R. `width`: that of the contact, relative to l; `slenderness`: L / l.
 double PlaneShare(double nu, double width, double slenderness) {
   const double y = 0.13 * slenderness * (std::pow(width, 0.6) + 0.6 * std::pow(width, 1.5));
   const double layer = 1 - (1 - 2 * nu) / ((1 - nu) * (1 - nu));

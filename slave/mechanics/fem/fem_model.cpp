@@ -19,7 +19,8 @@ using fem::NodeVector;
 
 constexpr double kLinearRange = 0.1;  // of the larger side
 constexpr double kBalanced = 1e-6;    // of the loads' sizes
-// Largest and smallest path of a tool between two accepted states [edges]. [tuned: tool_test]
+// Largest and smallest path of a tool between two accepted states [edges]. [tuned:
+// tool_contact_test]
 constexpr double kIncrement = 0.25, kMinIncrement = 1.0 / 64;
 constexpr int kRehearsed = 30'000;  // elements
 // The limit for bodies whose queries use steps with the two-grid solver.

@@ -3,7 +3,7 @@
 //
 // The solid: neo-Hookean, nu 0.45, clamped at radius a, under a uniform round load of diameter a /
 // 10; t of a / 80 to a / 10, w up to a / 4 at the centre and to a / 8 beside it, up to 0.8 of the
-// radius (tests/slave/simulator/stereo/membrane_laws_test.cpp). Bending without shear makes the
+// radius (tests/slave/reference/membrane/membrane_laws_test.cpp). Bending without shear makes the
 // plate too stiff if it is thick or fixed near the load; moderate rotations and linear elasticity
 // do so where it is steep. The errors are smaller for wider loads and larger for narrower ones.
 #pragma once

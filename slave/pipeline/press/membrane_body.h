@@ -46,9 +46,9 @@ class MembraneBody final : public LoadIdentifier {
 };
 
 // The membrane of a scene with a DomeGeometry and a tool: E h from its modulus and thickness,
-// tension from `model.prestress`, pressure as balances it, the enclosed air pressed together at its
-// temperature. Triangles are a third of the tool's width. Throws std::invalid_argument naming the
-// key.
+// tension from `model.prestress`, the pressure that balances it, and air that is compressed at
+// constant temperature. Triangles are a third of the tool's width. Throws std::invalid_argument
+// naming the key.
 std::unique_ptr<LoadIdentifier> MakeMembraneBody(const Scene& scene);
 
 }  // namespace palpate

@@ -41,9 +41,9 @@ struct Alteration {
 };
 
 enum class Demand {
-  // At least 80 % of the forces `valid` with an rms error of 5 % of the peak; none silently wrong.
+  // At least 80 % of the forces `valid` with an rms error of 5 % of the peak; no undetected error.
   kRight,
-  kFlag,  // any number of forces may be flagged; none silently wrong
+  kFlag,  // any number of forces may be flagged; no undetected error
 };
 
 struct Case {

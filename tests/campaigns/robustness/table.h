@@ -31,7 +31,7 @@ std::vector<Row> ReadRows(const std::filesystem::path& file);
 // A line of the table as people read it, and the one above all.
 std::string Headline();
 std::string InWords(const Row& row);
-// Summarises: number of rows, number of rows that pass, and the share of silently wrong forces by
+// Summarises: number of rows, number of rows that pass, and the share of undetected errors by
 // sense.
 std::string Summary(std::span<const Row> rows);
 

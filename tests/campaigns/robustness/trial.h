@@ -14,7 +14,7 @@
 
 namespace palpate::robustness {
 
-// A `valid` estimate whose error exceeds both limits is silently wrong.
+// A `valid` estimate whose error exceeds both limits is an undetected error.
 inline constexpr double kSilentSigmas = 3;    // of the reported sigma
 inline constexpr double kSilentShare = 0.05;  // of the largest true force
 // Further requirements of kRight.

@@ -34,7 +34,7 @@ SignalPattern TwoKinds() {
 
 class SignalModelTest : public ::testing::Test {
  protected:
-  // A contact of `size` counts with a count of noise.
+  // A contact whose signals have the length `size` [counts], with noise of 0.9 counts rms.
   TactileSignals Contact(int kind, double size) {
     TactileSignals change{};
     const Signals u = size * Direction(kind);

@@ -123,8 +123,9 @@ TEST(SurfaceFlagsTest, ABumpedRigIsCompensatedAndFlaggedBeyondThat) {
 
 // Reference: the load on the same sheet at another tension, with modes of order 18: with the
 // scene's tension the force is 10 to 70 % too large or too small. A press that rises to 4 N and
-// stays; a `valid` force with an error above three sigma and 5 % of the peak is silently wrong. The
-// width of a shallow indentation (up to a quarter of the peak) does not show the error yet.
+// stays; a `valid` force with an error above three sigma and 5 % of the peak is an undetected
+// error. The width of a shallow indentation (up to a quarter of the peak) does not show the error
+// yet.
 TEST(SurfaceFlagsTest, AnIndentationOfAnotherTensionIsFlaggedOrIncreasesSigma) {
   constexpr double kPeak = 4;
   std::mt19937 random(11);
