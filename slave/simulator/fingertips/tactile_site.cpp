@@ -25,7 +25,9 @@ constexpr double kFriction = 1;       // of the skin on the object [-]
 constexpr double kMaxDistance = 1e6;  // positions farther from home are ignored [m]
 // Depth up to which presses are solved: at least kMinDepth [m], at least kDepthReserve times
 // operator.press.depth, and at most kMaxOfBody of the body's size along the approach.
-constexpr double kMinDepth = 0.01, kDepthReserve = 1.5, kMaxOfBody = 0.6;
+constexpr double kMinDepth = 0.01;
+constexpr double kDepthReserve = 1.5;
+constexpr double kMaxOfBody = 0.6;
 
 // Position of the hand and its contacts.
 struct HandState {
@@ -95,10 +97,10 @@ struct TactileSite::State {
 
   const simulation::TrueObject object;
   const std::shared_ptr<const simulation::RestBody> home_body;
-  const double period, press_depth;  // of the samples [s]; operator.press.depth [m]
-  const double skin_scale;           // radius of the simulated skin by that of the scene's finger
-  const double tangential_part;      // tangential by normal stiffness of a contact (Mindlin) [-]
-  double home_gap = 0;               // way along the approach from home to the first contact [m]
+  // Period of the samples [s], operator.press.depth [m], radius of the simulated skin by that of
+  // the scene's finger [-], tangential by normal stiffness of a contact (Mindlin) [-].
+  const double period, press_depth, skin_scale, tangential_part;
+  double home_gap = 0;  // way along the approach from home to the first contact [m]
   std::vector<SimulatedFingertip> fingertips;  // TakeSample's thread only
   std::uint64_t sequence = 0;                  // TakeSample's thread only
 
