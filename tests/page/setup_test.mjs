@@ -563,6 +563,7 @@ test('readings that cannot be right are reported', () => {
   assert.match(all(pressed(1.2).map((press, i) => ({ ...press, reading: press.reading + [0.3, -0.3, 0.2, -0.2, 0.1][i] * 0.8 }))), /% off a line through zero/);
   assert.equal(fitModulus(pressed(1.2).slice(0, 1), 1e-3), null);
   assert.equal(modelProblem('bem2d'), '');
+  assert.equal(modelProblem('extruded'), '');
   assert.match(modelProblem('membrane'), /The model membrane is not linear/);
 });
 

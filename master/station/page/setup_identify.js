@@ -4,7 +4,7 @@ import { figure } from './text.js';
 
 const HOLD_MS = 500;  // duration of the states that make one held press
 const MIN_READINGS = 5;  // readings for a good fit
-const LINEAR = ['bem2d', 'plate', 'plate-large', 'fem', 'fem-green'];
+const LINEAR = ['bem2d', 'extruded', 'plate', 'plate-large', 'fem', 'fem-green'];
 const UNITS = { g: 9.80665e-3, N: 1 };  // [N]
 // Largest ratio of result and first guess: grams in place of newtons give 102.
 const MAX_FACTOR = 30;
