@@ -63,8 +63,8 @@ class StreamedManipulator final : public Manipulator {
     std::uint32_t frame = 0;  // count of drivers so far; each has its own origin
     SenderClock clock;
     std::uint64_t sequence = 0;  // of the newest reading, accepted or not
-    Time measured_at{},
-        received_at{};  // times of that reading, by the driver's and the slave's clock
+    Time measured_at{};          // time of that reading by the driver's clock
+    Time received_at{};          // its arrival by the slave's clock
     std::uint64_t reports = 0;
   };
   struct Kept {

@@ -105,9 +105,9 @@ std::string Summary(std::span<const Row> rows) {
   }
   std::string text;
   for (const auto& [sense, sum] : sums) {
-    text +=
-        fmt::format("{}: {} of {} rows hold; {} of {} estimates silently wrong ({:.2f} %)\n", sense,
-                    sum.held, sum.rows, sum.silent, sum.samples, Percent(sum.silent, sum.samples));
+    text += fmt::format(
+        "{}: {} of {} rows hold; undetected errors: {} of {} estimates ({:.2f} %)\n", sense,
+        sum.held, sum.rows, sum.silent, sum.samples, Percent(sum.silent, sum.samples));
   }
   return text;
 }
