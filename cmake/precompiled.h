@@ -1,5 +1,5 @@
-// What most sources include, parsed once for all (PALPATE_PRECOMPILED). A source still includes
-// what it uses: the other presets compile it without this.
+// What most sources include, parsed once for all. A source still includes what it uses: the preset
+// `gcc` compiles it without this.
 #pragma once
 
 #include <algorithm>
@@ -50,5 +50,3 @@
 #include <nlohmann/json.hpp>
 #include <opencv2/core.hpp>
 #include <opencv2/imgproc.hpp>
-
-#include "cmake/precompiled_types.h"

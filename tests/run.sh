@@ -1,29 +1,26 @@
 #!/usr/bin/env bash
-# Installs missing packages, builds and tests, cheapest first. The first failure prints the command to repeat it.
-# usage: tests/run.sh [--fast | --full]
-#   (nothing)  what every change must pass: the core tests. Parsers, network code and one run of each sensor type run under
-#              the address and undefined-behaviour sanitizers, the rest in the release build. Link and haptic loop also run
-#              under the thread sanitizer
-#   --fast     without sanitizers
-#   --full     everything: clang-tidy on changed files, slow tests, simulated environments, training, identification and studies in depth, all checks of
-#              the sanitizers on everything that is not slow, thread sanitizer on all threaded code
-# Where CI=true warnings are errors: these options compile again all that deploy/demo.sh has compiled.
+# Installs missing packages, builds and tests. The first failure prints the command to repeat it.
+# usage: tests/run.sh [--changed | --sanitize | --full] [--no-install]
+#   (nothing)     before each commit: format, the quick tests of every module, each sense once in real time
+#   --changed     the same for what differs from the branch main, or from the last commit on main itself
+#   --sanitize    what CI runs besides: parsers and network code under the address and undefined-behaviour sanitizers, link
+#                 and haptic loop under the thread sanitizer
+#   --full        everything: long mechanics, everything in real time, clang-tidy on changed files, g++, fuzzers, benchmarks
+#                 and campaigns built, all tests under the sanitizers. It takes hours
+#   --no-install  builds with the packages that are there
 set -euo pipefail
 cd "$(dirname "$0")/.."
 
-tier=push
-case ${1:-} in
-  "") ;;
-  --fast | --full) tier=${1#--} ;;
-  *) echo "usage: tests/run.sh [--fast | --full]" >&2; exit 2 ;;
-esac
+tier=quick install=yes
+for argument in "$@"; do
+  case $argument in
+    --changed | --sanitize | --full) tier=${argument#--} ;;
+    --no-install) install= ;;
+    *) echo "usage: tests/run.sh [--changed | --sanitize | --full] [--no-install]" >&2; exit 2 ;;
+  esac
+done
 
-apart=OFF every=OFF
-[ $tier != push ] || apart=ON
-[ $tier != full ] || every=ON
-werror=OFF
-[ "${CI:-}" != true ] || werror=ON
-jobs=$(($(nproc) + 1))  # because sessions sleep half of their time
+jobs=$(($(nproc) + 1))  # tests in real time sleep half of their time
 times=() logs=()
 
 step=
@@ -37,11 +34,11 @@ step() {
 }
 repeat() { echo "FAILED. To repeat: $1" >&2; exit 1; }
 
-# build PRESET TARGETS...
+# build PRESET TARGETS...   The options are those of deploy/demo.sh, whose objects are used again. In --full warnings are errors.
 build() {
   local preset=$1; shift
-  local options=(-DPALPATE_TESTS=ON -DPALPATE_VALIDATE=ON -DPALPATE_WERROR=$werror -DPALPATE_SANITIZED_APART=$apart -DPALPATE_FULL_TESTS=$every -DPALPATE_BENCHMARKS=$every)
-  [ "$preset" != asan ] || options+=("-DPALPATE_RELEASED=$PWD/build/release")
+  local options=(-DPALPATE_TESTS=ON -DPALPATE_VALIDATE=ON -DPALPATE_WERROR=OFF)
+  [ $tier != full ] || options+=(-DPALPATE_WERROR=ON -DPALPATE_BENCHMARKS=ON)
   deploy/build.sh "$preset" "${options[@]}" -- "$@" || repeat "deploy/build.sh $preset ${options[*]} -- $*"
 }
 
@@ -49,50 +46,60 @@ build() {
 run_ctest() {
   local preset=$1; shift
   logs+=("build/$preset/Testing/Temporary/LastTest.log")
-  ctest --test-dir "build/$preset" --output-on-failure --output-log "build/ctest-$preset.log" --output-junit "$PWD/build/ctest-$preset.xml" "$@" ||
+  ctest --test-dir "build/$preset" -j"$jobs" --output-on-failure --output-log "build/ctest-$preset.log" --output-junit "$PWD/build/ctest-$preset.xml" "$@" ||
     repeat "ctest --test-dir build/$preset --rerun-failed --output-on-failure"
 }
 
 # Threads of BLAS wait by spinning. Beside other tests this made one test twenty times as slow.
 export OPENBLAS_NUM_THREADS=1
 
-# Programs with sanitizers are slower. Known findings in the libraries below are suppressed.
+# Programs with sanitizers are slower.
 sanitized() { PALPATE_PATIENCE=600 run_ctest "$@"; }
 
-step "install missing packages"
-deploy/install.sh tests
-[ $tier != full ] || deploy/install.sh packages bare
-deploy/page.sh || echo "note: without three.js and uPlot the page tests are skipped"
-tests/npm.sh || echo "note: tests that need packages of npm are skipped"
-
-step "format"
-formatted=$(git ls-files '*.h' '*.cpp' 2>/dev/null || true)
-if [ -n "$formatted" ]; then
-  # shellcheck disable=SC2086
-  clang-format --dry-run -Werror $formatted || repeat "clang-format -i \$(git ls-files '*.h' '*.cpp')"
+if [ -n "$install" ]; then
+  step "install missing packages"
+  deploy/install.sh tests
+  [ $tier != full ] || deploy/install.sh packages bare
+  deploy/page.sh || echo "note: without three.js and uPlot the page tests are skipped"
+  tests/npm.sh || echo "note: tests that need packages of npm are skipped"
 fi
 
+if [ $tier != sanitize ]; then
+  step "format"
+  mapfile -t formatted < <(git ls-files '*.h' '*.cpp' 2>/dev/null)
+  [ ${#formatted[@]} -eq 0 ] || clang-format --dry-run -Werror "${formatted[@]}" || repeat "clang-format -i \$(git ls-files '*.h' '*.cpp')"
+fi
 [ -d ../shared ] || echo "note: ../shared is missing: tests that need its recordings and reference values are skipped"
 
-step "build"
-if [ $tier = full ]; then build release all campaigns; else build release all; fi
-
-step "tests"
-if [ $tier = full ]; then run_ctest release -j"$jobs"; else run_ctest release -j"$jobs" -LE slow; fi
-
 case $tier in
-  push)
-    # Runs after the real-time tests, not in parallel.
+  quick)
+    step "build"
+    build release quick_tests
+    step "tests"
+    run_ctest release -LE slow
+    ;;
+  changed)
+    step "build"
+    build release quick_tests
+    step "tests of what has changed"
+    tests=$(/usr/bin/python3 tests/changed.py build/release)
+    if [ -n "$tests" ]; then run_ctest release -LE slow -R "$tests"; else echo "no test depends on what has changed"; fi
+    ;;
+  sanitize)
     step "build with sanitizers"
-    build asan sanitized_tests  # links libraries without sanitizer from build/release
-    build tsan raced_tests
-    step "parsers, network code and sensors under address and undefined-behaviour sanitizers"
-    sanitized asan -j"$jobs" -L sanitize
-
+    build asan sanitize_tests
+    build tsan races_tests
+    step "parsers and network code under address and undefined-behaviour sanitizers"
+    sanitized asan -L sanitize
     step "link and haptic loop under the thread sanitizer"
-    sanitized tsan -j"$jobs" -L races
+    sanitized tsan -L races
     ;;
   full)
+    step "build"
+    build release all campaigns
+    step "tests"
+    run_ctest release
+
     step "clang-tidy on changed sources"
     PALPATE_TIDY_SECONDS=100000 tests/tidy.sh || repeat "tests/tidy.sh"
 
@@ -104,13 +111,13 @@ case $tier in
     deploy/install.sh fuzz
     tests/fuzz/run.sh --seconds 20 || repeat "tests/fuzz/run.sh --seconds 20"
 
-    step "everything under address and undefined-behaviour sanitizers, all checks"
-    build asan-full all
-    sanitized asan-full -j"$jobs" -LE 'slow|clients'
+    step "everything quick under address and undefined-behaviour sanitizers"
+    build asan quick_tests
+    sanitized asan -LE slow
 
     step "threaded code under the thread sanitizer"
-    build tsan threaded_tests
-    sanitized tsan -j"$jobs" -L threads
+    build tsan threads_tests races_tests
+    sanitized tsan -L 'threads|races'
     ;;
 esac
 
@@ -125,9 +132,11 @@ skipped() {
          ++count[test] }
        END { for (test in count) printf "%s: %d skipped: %s\n", test, count[test], why[test] }' "${logs[@]}" | sort
 }
-echo
-echo "== skipped"
-skipped
+if [ ${#logs[@]} -gt 0 ]; then
+  echo
+  echo "== skipped"
+  skipped
+fi
 echo
 echo "== time per step"
 printf '%s\n' "${times[@]}"
