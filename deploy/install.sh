@@ -42,7 +42,7 @@ for part in "$@"; do
     training) packages+=("${training[@]}") ;;
     tests)
       packages+=("${cameras[@]}" "${devices[@]}" "${calibration[@]}" "${clouds[@]}" "${mesher[@]}" "${training[@]}" libgtest-dev libgmock-dev libbenchmark-dev clang-format
-                 clang-tidy libclang-rt-16-dev python3 mypy python3-grpcio python3-numpy python3-protobuf python3-serial python3-yaml iproute2 git openssl universal-ctags chromium
+                 clang-tidy libclang-rt-16-dev python3 mypy python3-grpcio python3-numpy python3-protobuf python3-serial python3-yaml iproute2 git openssl chromium
                  nats-server "${plots[@]}" "${python[@]}")
       want_npm ;;
     packages) packages+=("${python[@]}" dpkg-dev file) ;;
