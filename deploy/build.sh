@@ -6,7 +6,7 @@ cd "$(dirname "$0")/.."
 # shellcheck source=progress.sh
 source deploy/progress.sh
 
-[ $# -ge 1 ] || { echo "usage: deploy/build.sh PRESET [-DOPTION=VALUE ...] [-- TARGETS ...]   PRESET: release, dev, bench, asan, asan-full, tsan, fuzz or gcc" >&2; exit 2; }
+[ $# -ge 1 ] || { echo "usage: deploy/build.sh PRESET [-DOPTION=VALUE ...] [-- TARGETS ...]   PRESET: release, dev, bench, asan, tsan, fuzz or gcc" >&2; exit 2; }
 [[ $PWD != *\"* ]] || { echo "build.sh: $PWD: CMake builds in no folder with \" in its name: rename it" >&2; exit 1; }
 preset=$1
 shift

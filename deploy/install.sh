@@ -11,7 +11,7 @@ source "$(dirname "$0")/progress.sh"
 packages=(clang-16 cmake ninja-build protobuf-compiler protobuf-compiler-grpc libprotobuf-dev libgrpc++-dev libeigen3-dev
           libopencv-core-dev libopencv-imgproc-dev libpng-dev libjpeg62-turbo-dev libyaml-cpp-dev libcli11-dev
           libspdlog-dev nlohmann-json3-dev libboost-dev libmetis-dev liblapacke-dev libopenblas0-pthread zlib1g-dev
-          libzstd-dev libnats-dev ccache)
+          libzstd-dev libnats-dev)
 # palpate-cameras.so: videos, cameras, images other than PNG and JPEG; without the base plugins no GStreamer pipeline ends in an appsink.
 cameras=(libopencv-videoio-dev gstreamer1.0-plugins-base)
 devices=(libsdl2-dev libspnav-dev)    # palpate-devices.so: gamepad and SpaceMouse; 54 packages come with them

@@ -15,7 +15,7 @@ mapfile -t files < <(git diff --numstat --no-renames --diff-filter=d "$base" -- 
 
 # Each source is checked separately, without unity build, with the message headers of the release build.
 messages=$PWD/build/release/proto
-[ -e "$messages/palpate" ] || { echo "tidy.sh: run tests/run.sh --fast first" >&2; exit 1; }
+[ -e "$messages/palpate" ] || { echo "tidy.sh: run deploy/build.sh release first" >&2; exit 1; }
 cmake --preset dev -B build/tidy -DPALPATE_TESTS=OFF >build/tidy.log 2>&1 || { cat build/tidy.log >&2; exit 1; }
 
 end=$(($(date +%s) + ${PALPATE_TIDY_SECONDS:-45}))
