@@ -50,7 +50,6 @@ std::string EvictOperator(const SlaveLink::Options& link, const std::string& rea
 }
 
 constexpr int kDone = 0, kFailed = 1, kUnusable = 2;
-constexpr auto kSignalPoll = std::chrono::milliseconds(10);
 
 // Runs `replay` until a signal comes.
 int ShowRecording(const Arguments& a) {

@@ -69,7 +69,6 @@ class Keys {
 
 constexpr auto kLastWords = std::chrono::milliseconds(50);  // time to send the last command
 constexpr std::size_t kMaxResets = 4;                       // largest number of waiting resets
-constexpr auto kSignalPoll = std::chrono::milliseconds(10);
 
 // Connects to the slave; a signal cancels it.
 RemoteScene Connect(SlaveLink* link) {

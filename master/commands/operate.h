@@ -2,6 +2,7 @@
 #pragma once
 
 #include <atomic>
+#include <chrono>
 #include <memory>
 #include <optional>
 
@@ -27,6 +28,8 @@ inline void RequestEmergencyStop() noexcept {
 // parent ignores it (nohup). SIGUSR1 requests the emergency stop, SIGUSR2 its reset. SIGPIPE is
 // ignored: a closed pipe must not end the session.
 void CatchSignals();
+// Time between looks whether a signal came.
+inline constexpr std::chrono::milliseconds kSignalPoll(10);
 
 // The link and the slots that must outlive it.
 struct Line {

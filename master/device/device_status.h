@@ -47,6 +47,9 @@ enum class DeviceOutput : std::uint8_t {
 };
 std::string_view InWords(DeviceOutput output);
 
+// Smallest force that is compared with the one a device renders [N]: smaller ones show no scale.
+inline constexpr double kMinCompared = 0.1;
+
 struct DeviceStatus {
   DeviceFault fault = DeviceFault::kNone;
   Calibration calibration = Calibration::kNotNeeded;

@@ -15,8 +15,8 @@
 namespace palpate {
 namespace {
 
-constexpr double kMaxForce = 1e9;     // larger forces are invalid [N]
-constexpr double kMaxPosition = 1e4;  // larger positions are invalid [m]
+constexpr double kMaxValidForce = 1e9;     // larger forces are invalid [N]
+constexpr double kMaxValidPosition = 1e4;  // larger positions are invalid [m]
 
 // Returns whether all components are finite and within the limit.
 bool IsWithin(const Eigen::Vector3d& v, double limit) {
@@ -24,8 +24,8 @@ bool IsWithin(const Eigen::Vector3d& v, double limit) {
 }
 
 bool IsSane(const FingerState& finger) {
-  return IsWithin(finger.p_S_contact.cast<double>(), kMaxPosition) &&
-         (!finger.force || IsWithin(finger.force->cast<double>(), kMaxForce));
+  return IsWithin(finger.p_S_contact.cast<double>(), kMaxValidPosition) &&
+         (!finger.force || IsWithin(finger.force->cast<double>(), kMaxValidForce));
 }
 
 // Returns whether positions, forces and number of fingertips of a received state can be used at
@@ -34,9 +34,9 @@ bool IsSane(const SlaveState& state) {
   if (state.finger_count < 0 || state.finger_count > kMaxFingers) return false;
   const auto fingers = std::span(state.fingers).first(static_cast<std::size_t>(state.finger_count));
   return std::ranges::all_of(fingers, [](const FingerState& finger) { return IsSane(finger); }) &&
-         IsWithin(state.p_S_tip, kMaxPosition) && IsWithin(state.offset, kMaxPosition) &&
-         (!state.force || IsWithin(*state.force, kMaxForce)) &&
-         (!state.true_force || IsWithin(*state.true_force, kMaxForce)) &&
+         IsWithin(state.p_S_tip, kMaxValidPosition) && IsWithin(state.offset, kMaxValidPosition) &&
+         (!state.force || IsWithin(*state.force, kMaxValidForce)) &&
+         (!state.true_force || IsWithin(*state.true_force, kMaxValidForce)) &&
          (!state.local_model.known() || IsSane(state.local_model));
 }
 
@@ -283,7 +283,8 @@ bool HapticLoop::KeepsOffset() noexcept {
 
 DeviceReading HapticLoop::Checked(const DeviceReading& reading) noexcept {
   const bool good = reading.status.fault == DeviceFault::kNone &&
-                    IsWithin(reading.p_M, kMaxPosition) && IsWithin(reading.v_M, kMaxPosition);
+                    IsWithin(reading.p_M, kMaxValidPosition) &&
+                    IsWithin(reading.v_M, kMaxValidPosition);
   if (good) return last_reading_ = reading;
   record_.chain.reasons.Add(Reason::kBadDevice);
   DeviceReading kept;

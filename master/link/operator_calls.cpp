@@ -9,11 +9,11 @@ using std::chrono::milliseconds;
 
 constexpr milliseconds kModelDeadline(15000);
 
+}  // namespace
+
 void SetDeadline(grpc::ClientContext* context, milliseconds from_now) {
   context->set_deadline(std::chrono::system_clock::now() + from_now);
 }
-
-}  // namespace
 
 std::string Refusal(const grpc::Status& status) {
   if (status.ok()) return {};

@@ -21,6 +21,8 @@ namespace palpate {
 // Why `status` rejects a call; empty: it does not.
 std::string Refusal(const grpc::Status& status);
 
+void SetDeadline(grpc::ClientContext* context, std::chrono::milliseconds from_now);
+
 class OperatorCalls {
  public:
   static constexpr std::chrono::milliseconds kMinDeadline{1000};

@@ -47,10 +47,6 @@ constexpr milliseconds kGrace(300);
 
 constexpr const char* kNoDatagrams = "no datagrams come through: states and commands use TCP alone";
 
-void SetDeadline(grpc::ClientContext* context, milliseconds from_now) {
-  context->set_deadline(std::chrono::system_clock::now() + from_now);
-}
-
 milliseconds SinceThen(Time start) {
   return std::chrono::duration_cast<milliseconds>(Clock::now() - start);
 }

@@ -20,7 +20,7 @@
 namespace palpate {
 namespace {
 
-constexpr std::chrono::milliseconds kFrame(33);
+constexpr std::chrono::milliseconds kMomentPeriod(33);
 constexpr std::chrono::seconds kCloseStreamsAfter(2);  // time without a page
 // A mesh error of 1e-4 of the object is a tenth of a pixel of a page.
 constexpr ObservedViews kPageViews{.image_rate = 15, .mesh_rate = 15, .traction = true};
@@ -148,7 +148,7 @@ void LiveStation::Parts::Run(const std::stop_token& stop) {
     page_views.Update(server->pages() > 0, shows_field, &observer);
     PutMoment();
     server->Notify();
-    std::this_thread::sleep_for(kFrame);
+    std::this_thread::sleep_for(kMomentPeriod);
   }
 }
 

@@ -9,16 +9,14 @@ namespace palpate {
 namespace {
 
 // Silence of a driver after which another sender is accepted.
-constexpr Clock::duration kSilence = std::chrono::seconds(1);
-constexpr int kDrivers = 20;        // samples without a gap after which a sender counts as a driver
-constexpr double kMaxCounts = 1e9;  // larger values are rejected
+constexpr Clock::duration kDriverSilence = std::chrono::seconds(1);
+constexpr int kDrivers = 20;  // samples without a gap after which a sender counts as a driver
 constexpr double kMaxDistance = 1e6;  // [m]
 constexpr double kRigid = 1e-6;       // tolerance of a rotation matrix
-constexpr double kMaxPause = 3;       // periods; longer ones are gaps
 // Largest period of a sender, relative to the scene's period; slower samples are separated by gaps.
-constexpr double kSlowest = 10;
-constexpr double kSameRate = 0.1;    // tolerance of the period, relative to the scene's
-constexpr double kSmoothing = 0.05;  // share of the newest interval in the sender's period
+constexpr double kSlowestSender = 10;
+constexpr double kPeriodTolerance = 0.1;  // tolerance of the period, relative to the scene's
+constexpr double kSmoothing = 0.05;       // share of the newest interval in the sender's period
 
 std::optional<std::string> RefuseCounts(const FingerReading& reading,
                                         const TactileChannels& channels) {
@@ -81,7 +79,7 @@ std::optional<std::string> FingerStream::Take(std::uint64_t sequence, Time sense
     const double longest = kMaxPause * std::max(period_, sender_period_);
     sample.begins = interval > longest;
     sender_period_ += kSmoothing * (std::min(interval, longest) - sender_period_);
-    sender_period_ = std::min(sender_period_, kSlowest * period_);
+    sender_period_ = std::min(sender_period_, kSlowestSender * period_);
   }
   // Times must rise, even if a new fastest sample changes the clock offset.
   if (newest() != nullptr) sample.at = std::max(sample.at, newest()->at + Clock::duration(1));
@@ -118,7 +116,8 @@ void FingerStream::Restart() noexcept {
 
 // A driver that rarely sends a sample does not block another driver.
 Clock::duration FingerStream::SilenceAllowed() const noexcept {
-  return run_ < kDrivers ? std::min(kSilence, Seconds(kSlowest * period_)) : kSilence;
+  return run_ < kDrivers ? std::min(kDriverSilence, Seconds(kSlowestSender * period_))
+                         : kDriverSilence;
 }
 
 Clock::duration FingerStream::max_silence() const noexcept {
@@ -130,7 +129,7 @@ bool FingerStream::IsSending(Time now) const noexcept {
 }
 
 bool FingerStream::KeepsRate() const noexcept {
-  return std::abs(sender_period_ - period_) <= kSameRate * period_;
+  return std::abs(sender_period_ - period_) <= kPeriodTolerance * period_;
 }
 
 const FingerStream::Sample* FingerStream::newest() const noexcept {

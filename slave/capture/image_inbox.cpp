@@ -22,9 +22,9 @@ namespace {
 
 using Encoding = PushedImage::Encoding;
 
-constexpr double kSilence = 1;       // silence of a sender after which another one is accepted [s]
-constexpr double kMaxPerRate = 4;    // samples per second over the scene's rate
-constexpr double kMinAllowed = 120;  // samples per second
+constexpr double kSenderSilence = 1;  // silence of a sender after which another one is accepted [s]
+constexpr double kMaxPerRate = 4;     // samples per second over the scene's rate
+constexpr double kMinAllowed = 120;   // samples per second
 
 [[noreturn]] void Refuse(const std::string& why) {
   throw std::runtime_error(why);
@@ -224,7 +224,7 @@ std::optional<ImageInbox::Refusal> ImageInbox::Feed(const PushedSample& pushed, 
   {
     const std::scoped_lock lock(s.mutex);
     const bool is_other = s.sender != 0 && sender != s.sender;
-    if (is_other && s.received_at && SecondsBetween(*s.received_at, arrived_at) < kSilence) {
+    if (is_other && s.received_at && SecondsBetween(*s.received_at, arrived_at) < kSenderSilence) {
       return Refusal{
           "is already fed by a stream: expected one stream, or a new one a second after the "
           "last sample",

@@ -14,10 +14,10 @@
 namespace palpate {
 namespace {
 
-constexpr double kSameRate = 0.1;   // relative difference of periods below which none is resampled
-constexpr double kSlowest = 4;      // periods of the scene from one recorded sample to the next
+constexpr double kSameRate = 0.1;  // relative difference of periods below which none is resampled
+// Periods of the scene from one recorded sample to the next.
+constexpr double kSlowestRecording = 4;
 constexpr double kJitter = 0.02;    // relative, of the recorded period
-constexpr double kMaxPause = 3;     // periods; a longer one is a gap
 constexpr double kRounding = 1e-6;  // periods that a sample may be late and still count
 
 // The median of the times between two samples [s]; 0: fewer than two samples.
@@ -66,10 +66,10 @@ class RecordedTactile final : public TactileSource {
     recording_ = ReadTactileRecording(tactile.file, wanted, tactile.channels);
     const double period = 1 / tactile.rate;
     const double recorded = MedianPeriod(recording_.t);
-    if (recorded > kSlowest * (1 + kJitter) * period) {
+    if (recorded > kSlowestRecording * (1 + kJitter) * period) {
       throw std::runtime_error(fmt::format("{}: {:.3g} Hz: expected {:g} Hz or more for {:g} Hz",
                                            tactile.file.string(), 1 / recorded,
-                                           tactile.rate / kSlowest, tactile.rate));
+                                           tactile.rate / kSlowestRecording, tactile.rate));
     }
     is_resampled_ = recorded > 0 && std::abs(recorded - period) > kSameRate * period;
     instants_ = InstantsOf(recording_.t, is_resampled_ ? period : 0,

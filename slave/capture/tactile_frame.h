@@ -27,6 +27,11 @@ struct FingerReading {
   std::optional<Eigen::Isometry3d> X_SF;  // pose of the fingertip, if the source provides it
 };
 
+// Largest value of a channel that is accepted [counts, or its unit]: no sensor sends more.
+inline constexpr double kMaxCounts = 1e9;
+// Longest time between two samples that is no gap [periods].
+inline constexpr double kMaxPause = 3;
+
 struct TactileFrame {
   std::uint64_t sequence = 0;  // from 1
   Time sensed_at{};

@@ -12,8 +12,6 @@
 namespace palpate {
 namespace {
 
-constexpr double kMaxCounts = 1e9;  // no sensor sends more
-
 constexpr double kMaxPosition = 10;      // [m]; beyond, these are millimetres
 constexpr double kUnitTolerance = 0.01;  // of a quaternion's norm
 

@@ -11,12 +11,12 @@
 namespace palpate {
 namespace {
 
-constexpr int kLeafSize = 2;
-constexpr int kWatchedNeighbours = 4;  // on each side
-constexpr double kRounding = 1e-12;    // relative to the sizes involved
-constexpr int kMaxSteps = 100;         // of the search for the first touch of a round end
-constexpr double kTouches = 1e-6;      // distance that ends it, in radii
-constexpr double kStartSlack = 1e-9;   // of the path: a start on the boundary, to rounding
+constexpr int kLeafElements = 2;
+constexpr int kWatchedNeighbours = 4;    // on each side
+constexpr double kSizeRounding = 1e-12;  // relative to the sizes involved
+constexpr int kMaxSteps = 100;           // of the search for the first touch of a round end
+constexpr double kTouches = 1e-6;        // distance that ends it, in radii
+constexpr double kStartSlack = 1e-9;     // of the path: a start on the boundary, to rounding
 // Largest distance of a tool in body sizes; beyond it fourth powers would overflow.
 constexpr double kMaxDistance = 1e9;
 
@@ -51,7 +51,7 @@ ObbTree::ObbTree(const BoundaryMesh& mesh) {
 int ObbTree::Build(int begin, int end) {
   const auto index = boxes_.size();
   boxes_.push_back(Fit(begin, end));
-  if (end - begin > kLeafSize) {
+  if (end - begin > kLeafElements) {
     const Box& box = boxes_[index];
     const Eigen::Vector2d axis = box.half.x() >= box.half.y() ? box.axis : Turned(box.axis);
     const int middle = begin + (end - begin) / 2;
@@ -105,7 +105,7 @@ bool ObbTree::MayMeet(const Box& box, const Eigen::Vector2d& from,
                       const Eigen::Vector2d& to) const noexcept {
   const Eigen::Vector2d half_path = 0.5 * (to - from);
   const Eigen::Vector2d apart = from + half_path - box.centre;
-  const double slack = kRounding * (reach_ + apart.norm() + half_path.norm());
+  const double slack = kSizeRounding * (reach_ + apart.norm() + half_path.norm());
   const auto overlap = [&](const Eigen::Vector2d& axis, double half) {
     return std::abs(axis.dot(apart)) <= half + std::abs(axis.dot(half_path)) + slack;
   };
@@ -119,7 +119,7 @@ bool ObbTree::MayMeet(const Box& box, const Eigen::Vector2d& from,
 double ObbTree::MinDistanceSquared(const Box& box, const Eigen::Vector2d& p) const noexcept {
   const Eigen::Vector2d apart = p - box.centre;
   const Eigen::Vector2d q(std::abs(box.axis.dot(apart)), std::abs(Turned(box.axis).dot(apart)));
-  const double slack = kRounding * (reach_ + q.maxCoeff());
+  const double slack = kSizeRounding * (reach_ + q.maxCoeff());
   return ((q - box.half).array() - slack).max(0.0).matrix().squaredNorm();
 }
 
@@ -210,7 +210,7 @@ ElementPlace ObbTree::Nearest(const Eigen::Vector2d& p, int near) const noexcept
 Eigen::Vector2d BoundaryContact::NormalTo(const Eigen::Vector2d& centre,
                                           const ElementPlace& at) const noexcept {
   const Eigen::Vector2d way = centre - at.p_O;
-  const bool is_outside = tree_.HeightOver(at.element, centre) > kRounding * tree_.reach();
+  const bool is_outside = tree_.HeightOver(at.element, centre) > kSizeRounding * tree_.reach();
   return radius_ > 0 && is_outside ? way.normalized() : tree_.normal(at.element);
 }
 

@@ -18,9 +18,9 @@ namespace {
 using Eigen::Vector3d;
 using Corners = std::array<Vector3d, 3>;
 
-constexpr int kLeafSize = 4;
-constexpr double kRounding = 1e-13;  // relative to the coordinates involved
-constexpr double kFlat = 1e-12;      // height of a degenerate triangle relative to its longest edge
+constexpr int kLeafTriangles = 4;
+constexpr double kCoordinateRounding = 1e-13;  // relative to the coordinates involved
+constexpr double kFlat = 1e-12;  // height of a degenerate triangle relative to its longest edge
 
 double AngleAt(const Vector3d& corner, const Vector3d& a, const Vector3d& b) {
   const Vector3d u = a - corner, v = b - corner;
@@ -159,7 +159,7 @@ int SurfaceContact::Build(int begin, int end) {
     }
   }
   boxes_.push_back(box);
-  if (end - begin <= kLeafSize) return static_cast<int>(index);
+  if (end - begin <= kLeafTriangles) return static_cast<int>(index);
   int axis = 0;
   (box.upper - box.lower).maxCoeff(&axis);
   const int middle = begin + (end - begin) / 2;
@@ -177,7 +177,7 @@ int SurfaceContact::Build(int begin, int end) {
 
 double SurfaceContact::MinDistanceSquared(const Box& box, const Vector3d& p) const noexcept {
   const Vector3d apart = (box.lower - p).cwiseMax(p - box.upper);
-  return (apart.array() - kRounding * reach_).max(0.0).matrix().squaredNorm();
+  return (apart.array() - kCoordinateRounding * reach_).max(0.0).matrix().squaredNorm();
 }
 
 SurfaceContact::Candidate SurfaceContact::Project(int face, const Vector3d& p) const noexcept {

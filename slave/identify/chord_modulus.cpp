@@ -12,7 +12,7 @@ struct Line {
   double offset = 0;  // at rest
 };
 
-std::optional<Line> Fit(const std::vector<std::pair<double, double>>& points) {
+std::optional<Line> FitLine(const std::vector<std::pair<double, double>>& points) {
   const auto count = static_cast<double>(points.size());
   if (points.size() < 3) return std::nullopt;
   double mx = 0, my = 0, xx = 0, xy = 0, yy = 0;
@@ -46,7 +46,7 @@ std::optional<ChordModulus> ChordModulusOf(const MaterialTest& test) {
       points.emplace_back(row.abscissa - 1, row.measured.front());
     }
   }
-  const auto line = Fit(points);
+  const auto line = FitLine(points);
   if (!line) return std::nullopt;
   chord.modulus = line->slope / test.end_factor;
   chord.sigma = line->sigma / test.end_factor;

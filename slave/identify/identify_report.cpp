@@ -17,7 +17,6 @@ namespace {
 using identify::LawFit;
 using Json = nlohmann::ordered_json;
 
-constexpr double kWide = 1.96;
 // Residual relative to the peak above which a fit gives a warning [-].
 constexpr double kPoorFit = 0.1;
 constexpr double kMinShare = 1e-12;         // of a term in a scene
@@ -62,8 +61,8 @@ Json ConstantsOf(const LawFit& fit) {
     constants.push_back({{"name", fit.names[static_cast<std::size_t>(i)]},
                          {"value", fit.values[i]},
                          {"sigma", sigma},
-                         {"low", fit.values[i] - kWide * sigma},
-                         {"high", fit.values[i] + kWide * sigma}});
+                         {"low", fit.values[i] - identify::kNormalWide * sigma},
+                         {"high", fit.values[i] + identify::kNormalWide * sigma}});
   }
   return constants;
 }
@@ -174,8 +173,8 @@ std::string ToWords(const PressFit& fit, const char* cases, const char* quantity
   std::string words = fmt::format(
       "{} {} with {}: E {:.5g} +- {:.2g} Pa, nu {:.4g}, rms {:.3g} % of the largest {}\n  "
       "object.material: {{young_modulus: {:.6g} Pa, poisson_ratio: {:.4g}}}\n",
-      fit.presses, cases, fit.kind, fit.young_modulus, kWide * fit.sigma_modulus, fit.poisson_ratio,
-      100 * fit.rms, quantity, fit.young_modulus, fit.poisson_ratio);
+      fit.presses, cases, fit.kind, fit.young_modulus, identify::kNormalWide * fit.sigma_modulus,
+      fit.poisson_ratio, 100 * fit.rms, quantity, fit.young_modulus, fit.poisson_ratio);
   words += "  " + ModulusText(fit.young_modulus) + "\n";
   for (const auto& [name, modulus] : fit.alone) {
     words += fmt::format("  {} alone: E {:.5g} Pa\n", name, modulus);
@@ -188,8 +187,8 @@ std::string ToWords(const ImageFit& fit) {
       "{} samples with a known force, {} of them in contact: E {:.5g} +- {:.2g} Pa, force offset "
       "{:.3g} +- {:.2g} N, rms {:.3g} % of the largest force\n  object.material.young_modulus: "
       "{:.6g} Pa\n",
-      fit.samples, fit.pressed, fit.young_modulus, kWide * fit.sigma_modulus, fit.offset,
-      kWide * fit.sigma_offset, 100 * fit.rms, fit.young_modulus);
+      fit.samples, fit.pressed, fit.young_modulus, identify::kNormalWide * fit.sigma_modulus,
+      fit.offset, identify::kNormalWide * fit.sigma_offset, 100 * fit.rms, fit.young_modulus);
   words += "  " + ModulusText(fit.young_modulus) + "\n";
   if (fit.prestress > 0) words += fmt::format("  model.prestress: {:.4g} N/m\n", fit.prestress);
   return words;
@@ -203,7 +202,7 @@ std::string WordsOf(const LawFit& fit) {
   std::string words;
   for (Eigen::Index i = 0; i < fit.values.size(); ++i) {
     words += fmt::format(" {} {:.4g} +- {:.2g}", fit.names[static_cast<std::size_t>(i)],
-                         fit.values[i], kWide * SigmaOf(fit, i));
+                         fit.values[i], identify::kNormalWide * SigmaOf(fit, i));
   }
   return words;
 }
@@ -303,8 +302,8 @@ void AddRelaxation(const IdentifyReport& report, std::string* words) {
       prony.rms > kPoorFit ? "warning: no Prony series fits within 10 %; " : "", prony.instant,
       prony.equilibrium, 100 * prony.rms);
   for (const identify::PronyTerm& term : prony.terms) {
-    *words += fmt::format("  {:.4g} +- {:.2g} Pa in {:.3g} s\n", term.modulus, kWide * term.sigma,
-                          term.time);
+    *words += fmt::format("  {:.4g} +- {:.2g} Pa in {:.3g} s\n", term.modulus,
+                          identify::kNormalWide * term.sigma, term.time);
   }
   if (prony.dropped > 0) {
     *words += fmt::format("  left out, the interval includes zero: {} terms\n", prony.dropped);

@@ -15,6 +15,7 @@
 #include <unsupported/Eigen/NumericalDiff>
 
 #include "shared/geometry/symmetric_eigen.h"
+#include "slave/identify/specimen_spread.h"
 
 namespace palpate::identify {
 namespace {
@@ -26,7 +27,6 @@ using Eigen::VectorXd;
 constexpr double kMinShare = 0.1;   // of the highest peak; limits the weight of a test
 constexpr std::size_t kStarts = 4;  // number of best grid points that are refined
 constexpr int kMaxEvaluations = 200;
-constexpr double kWide = 1.96;  // sigmas of a 95 % interval
 // Effective number of rows per test, because neighbours on a curve are correlated.
 constexpr double kEffectiveRows = 40;
 constexpr Index kNeighbours = 10;  // a tenth of a test's rows count as neighbours,
@@ -275,7 +275,7 @@ double YoungSigma(const LawFit& fit) {
 // Returns the modulus whose interval includes zero, the least certain one if there are several.
 std::optional<Index> SpansZero(const LawFit& fit) {
   std::optional<Index> found;
-  double least = kWide;
+  double least = kNormalWide;
   for (Index i = 0; i < fit.family.moduli(); ++i) {
     const double size = std::abs(fit.values[i]), sigma = std::sqrt(fit.covariance(i, i));
     const double sure = size > 0 ? size / sigma : 0;

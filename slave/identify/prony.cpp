@@ -10,6 +10,7 @@
 #include <Eigen/Core>
 
 #include "shared/text/text.h"
+#include "slave/identify/specimen_spread.h"
 #include "slave/mechanics/relaxation/prony_series.h"
 
 namespace palpate::identify {
@@ -23,7 +24,6 @@ constexpr double kPerDecade = 2;
 constexpr int kMaxSweeps = 20'000;
 constexpr double kSettled = 1e-10;    // change in one sweep relative to the largest modulus
 constexpr double kNegligible = 1e-3;  // of the sum: such a term is left out
-constexpr double kWide = 1.96;        // sigmas of a 95 % interval
 // Shares of the record [-]: a ramp takes 1 % of its record for 1 % of its strain [derived: steady
 // rate].
 constexpr double kStill = 0.01, kHold = 0.03;
@@ -170,7 +170,7 @@ Solution Solve(const MatrixXd& A, const VectorXd& b) {
 // Returns the branch whose interval includes zero, the least certain one if there are several.
 std::optional<Index> SpansZero(const Solution& solved) {
   std::optional<Index> found;
-  double least = kWide;
+  double least = kNormalWide;
   for (Index i = 0; i + 1 < solved.x.size(); ++i) {
     const double sure = solved.x[i] / std::sqrt(std::max(solved.covariance(i, i), 1e-300));
     if (sure <= least) least = sure, found = i;
@@ -178,7 +178,7 @@ std::optional<Index> SpansZero(const Solution& solved) {
   return found;
 }
 
-PronyFit Fit(const std::vector<RelaxationTable>& tables) {
+PronyFit FitSeries(const std::vector<RelaxationTable>& tables) {
   const std::vector<double> times = Times(tables);
   const Regression data = Stack(tables, times);
   if (!(data.A.rightCols(1).norm() > 0) || !(data.b.norm() > 0)) {
@@ -222,7 +222,7 @@ double PronyFit::At(double time) const {
 
 PronyFit FitProny(const std::vector<RelaxationTable>& tables) {
   RequireFading(tables);
-  return Fit(tables);
+  return FitSeries(tables);
 }
 
 }  // namespace palpate::identify

@@ -13,6 +13,8 @@ inline constexpr double kBetweenSpecimens = 0.0325;
 inline constexpr int kBetweenFreedom = 13;
 // Half width of a 95 % interval relative to its sigma: Student's t for 13 degrees of freedom.
 inline constexpr double kSpecimenWide = 2.16;
+// The same of a normal distribution.
+inline constexpr double kNormalWide = 1.96;
 
 // Returns the relative standard deviation of another specimen's modulus about the mean of these.
 // Their spread is combined with the value above, weighted by its degrees of freedom; for one or no

@@ -23,7 +23,7 @@ constexpr double kEquilateral = 0.66;  // largest circumradius relative to the w
 // Segments shorter than this share of the shortest boundary segment are not refined, so that the
 // refinement ends in corners sharper than Ruppert's 60 degrees.
 constexpr double kFloor = 0.2;
-constexpr double kSliver = 1e-5;  // height relative to the edge of a degenerate triangle
+constexpr double kSliverHeight = 1e-5;  // height relative to the edge of a degenerate triangle
 
 // Centre of the circle through three points.
 Point Circumcentre(const Point& a, const Point& b, const Point& c) {
@@ -87,7 +87,8 @@ class Refinement {
   [[nodiscard]] double Length(const MeshSegment& s) const { return (At(s.b) - At(s.a)).norm(); }
   [[nodiscard]] bool IsInside(const std::array<int, 3>& v) const {
     const Point &a = At(v[0]), &b = At(v[1]), &c = At(v[2]);
-    return Orientation(a, b, c) > kSliver * (b - a).squaredNorm() && Surrounded((a + b + c) / 3);
+    return Orientation(a, b, c) > kSliverHeight * (b - a).squaredNorm() &&
+           Surrounded((a + b + c) / 3);
   }
   // Returns whether an odd number of loops encloses the point.
   [[nodiscard]] bool Surrounded(const Point& p) const {

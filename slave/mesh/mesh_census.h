@@ -3,6 +3,7 @@
 
 #include <array>
 #include <cstddef>
+#include <limits>
 #include <string>
 #include <vector>
 
@@ -11,6 +12,11 @@
 #include "slave/mesh/mesh_check.h"
 
 namespace palpate {
+
+// Height of a degenerate element, relative to the longest edge ...
+inline constexpr double kFlat = 1e-12;
+// ... and relative to the largest coordinate: the rounding of three differences.
+inline constexpr double kCoordinateRounding = 8 * std::numeric_limits<double>::epsilon();
 
 // "element 4, 7, 9 and 12 more".
 std::string ListElements(const MeshNumbers& numbers, const std::vector<int>& elements);

@@ -21,11 +21,6 @@ namespace {
 
 using Eigen::Vector3d;
 
-// Height of a degenerate tetrahedron, relative to the longest edge ...
-constexpr double kFlat = 1e-12;
-// ... and relative to the largest coordinate: the rounding of three differences.
-constexpr double kRounding = 8 * std::numeric_limits<double>::epsilon();
-
 // Faces of a tetrahedron with positive volume; their normals point outwards.
 constexpr std::array<std::array<std::size_t, 3>, 4> kFaces{
     {{0, 2, 1}, {0, 1, 3}, {1, 2, 3}, {0, 3, 2}}};
@@ -67,7 +62,7 @@ void CheckShapes(SolidMesh* mesh, const MeshNumbers& numbers, MeshReport* report
   for (std::size_t t = 0; t < mesh->tets.size(); ++t) {
     auto& tet = mesh->tets[t];
     const TetShape shape = ShapeOf(*mesh, tet, scale);
-    const double min_height = kFlat * shape.longest + kRounding * largest;
+    const double min_height = kFlat * shape.longest + kCoordinateRounding * largest;
     const double height = 3 * std::abs(shape.volume) / shape.largest_face;
     const int element = static_cast<int>(t);
     if (!(shape.largest_face > 0 && height > min_height)) {

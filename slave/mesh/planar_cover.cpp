@@ -15,7 +15,7 @@ using Eigen::Vector2d;
 
 constexpr double kSpace = 0.7;  // smallest distance from the boundary relative to the spacing [-]
 // Area of a degenerate triangle relative to the body's bounding box [-].
-constexpr double kSliver = 1e-9;
+constexpr double kSliverArea = 1e-9;
 
 Outline OutlineOf(const BoundaryMesh& mesh) {
   Outline outline;
@@ -34,7 +34,7 @@ double AreaOf(const Outline& outline) {
   return area;
 }
 
-double DistanceTo(const BoundaryElement& e, const Vector2d& p) {
+double Clearance(const BoundaryElement& e, const Vector2d& p) {
   const Vector2d along = e.b - e.a;
   const double share = std::clamp((p - e.a).dot(along) / along.squaredNorm(), 0.0, 1.0);
   return (p - e.a - share * along).norm();
@@ -52,7 +52,7 @@ std::vector<Vector2d> PlacesInside(const BoundaryMesh& mesh, const Outline& outl
          x += spacing) {
       const Vector2d p(x, y);
       const bool is_clear = std::ranges::all_of(mesh.elements, [&](const BoundaryElement& e) {
-        return DistanceTo(e, p) >= std::max(kSpace * spacing, e.length());
+        return Clearance(e, p) >= std::max(kSpace * spacing, e.length());
       });
       if (is_clear && Contains(outline, p)) places.push_back(p);
     }
@@ -77,7 +77,7 @@ PlanarCover CoverOf(const BoundaryMesh& mesh, int places) {
   for (const auto& triangle : DelaunayTriangles(points)) {
     const auto& [a, b, c] = triangle;
     const Vector2d &p_a = points[Index(a)], &p_b = points[Index(b)], &p_c = points[Index(c)];
-    const bool is_flat = Orientation(p_a, p_b, p_c) < kSliver * box.volume();
+    const bool is_flat = Orientation(p_a, p_b, p_c) < kSliverArea * box.volume();
     if (!is_flat && Contains(outline, (p_a + p_b + p_c) / 3)) cover.triangles.push_back(triangle);
   }
   return cover;

@@ -18,9 +18,6 @@ namespace {
 
 using Eigen::Vector3d;
 
-// Height of a degenerate triangle, relative to the longest edge and to the largest coordinate.
-constexpr double kFlat = 1e-12, kRounding = 8 * std::numeric_limits<double>::epsilon();
-
 struct EdgeUse {
   int triangle = 0;
   bool forward = false;  // from the smaller node to the larger
@@ -51,7 +48,7 @@ void CheckShapes(const SurfaceMesh& mesh, const MeshNumbers& numbers, MeshReport
     const double longest =
         std::max({(p(b) - p(a)).norm(), (p(c) - p(b)).norm(), (p(a) - p(c)).norm()});
     const double height = longest > 0 ? ((p(b) - p(a)) / longest).cross(p(c) - p(a)).norm() : 0;
-    if (!(height > kFlat * longest + kRounding * largest)) {
+    if (!(height > kFlat * longest + kCoordinateRounding * largest)) {
       flat.push_back(static_cast<int>(t));
       quality.push_back(0);
       continue;

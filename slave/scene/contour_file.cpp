@@ -10,8 +10,6 @@
 namespace palpate {
 namespace {
 
-constexpr std::size_t kMaxPoints = 4000;  // the largest number of elements of a model
-
 std::vector<Eigen::Vector2d> ReadPoints(const std::filesystem::path& file) {
   std::vector<Eigen::Vector2d> points;
   CsvTable table(file, {{"x", true, Quantity::kLength}, {"y", true, Quantity::kLength}},
@@ -40,7 +38,7 @@ std::vector<Eigen::Vector2d> ReadContourFile(const std::filesystem::path& file) 
   } catch (const InputError& wrong) {
     throw std::invalid_argument(wrong.what());
   }
-  if (points.size() < 3 || points.size() > kMaxPoints) {
+  if (points.size() < 3 || points.size() > kMaxOutlinePoints) {
     refuse(std::to_string(points.size()) + " points: expected 3 to 4000");
   }
   return points;

@@ -1,12 +1,16 @@
 // An outline from a file of points.
 #pragma once
 
+#include <cstddef>
 #include <filesystem>
 #include <vector>
 
 #include <Eigen/Core>
 
 namespace palpate {
+
+// Points of an outline at most: the largest number of elements of a model.
+inline constexpr std::size_t kMaxOutlinePoints = 4000;
 
 // Reads the columns x and y [m, or the unit in their titles] of a table by name, or the two of one
 // without a header; empty rows and # comments are ignored.

@@ -15,8 +15,6 @@
 namespace palpate {
 namespace {
 
-constexpr std::size_t kMaxPoints = 4000;
-
 double ReadThickness(Section& section) {
   return section.Number("thickness");
 }
@@ -29,12 +27,12 @@ Geometry ReadPolygon(Section& geometry) {
   polygon.outline.outer = section.Points("points");
   std::size_t points = polygon.outline.outer.size();
   Section holes = section.OpenList("holes");
-  for (std::size_t i = 0; i < holes.size() && points <= kMaxPoints; ++i) {
+  for (std::size_t i = 0; i < holes.size() && points <= kMaxOutlinePoints; ++i) {
     polygon.outline.holes.push_back(holes.Points(std::to_string(i)));
     points += polygon.outline.holes.back().size();
   }
   if (section.mistakes()->count() > mistakes_before) return polygon;
-  if (points > kMaxPoints) {
+  if (points > kMaxOutlinePoints) {
     section.Refuse("points", "at most 4000 points, holes included");
     return polygon;
   }

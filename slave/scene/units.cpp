@@ -11,7 +11,7 @@
 namespace palpate {
 namespace {
 
-struct Unit {
+struct KnownUnit {
   Dimension dimension;
   std::string_view name;
   double in_si;
@@ -19,45 +19,45 @@ struct Unit {
 
 using enum Dimension;
 constexpr std::array kUnits{
-    Unit{kNumber, "%", 0.01},
-    Unit{kLength, "m", 1},
-    Unit{kLength, "mm", 1e-3},
-    Unit{kLength, "um", 1e-6},
-    Unit{kLength, "nm", 1e-9},
-    Unit{kLength, "km", 1e3},
-    Unit{kPressure, "Pa", 1},
-    Unit{kPressure, "kPa", 1e3},
-    Unit{kPressure, "MPa", 1e6},
-    Unit{kPressure, "GPa", 1e9},
-    Unit{kPressure, "TPa", 1e12},
-    Unit{kForce, "N", 1},
-    Unit{kForce, "mN", 1e-3},
-    Unit{kForce, "uN", 1e-6},
-    Unit{kTime, "s", 1},
-    Unit{kTime, "ms", 1e-3},
-    Unit{kTime, "us", 1e-6},
-    Unit{kFrequency, "Hz", 1},
-    Unit{kFrequency, "kHz", 1e3},
-    Unit{kAngle, "rad", 1},
-    Unit{kDensity, "kg/m3", 1},
-    Unit{kAngle, "deg", std::numbers::pi / 180},
-    Unit{kDensity, "g/cm3", 1e3},
-    Unit{kRate, "/s", 1},
-    Unit{kSpeed, "m/s", 1},
-    Unit{kSpeed, "mm/s", 1e-3},
-    Unit{kSpeed, "um/s", 1e-6},
-    Unit{kSpeed, "nm/s", 1e-9},
-    Unit{kSpeed, "km/s", 1e3},
-    Unit{kPixels, "px", 1},
-    Unit{kTension, "N/m", 1},
-    Unit{kTension, "mN/m", 1e-3},
-    Unit{kTension, "N/mm", 1e3},
-    Unit{kVolume, "l", 1e-3},
-    Unit{kVolume, "ml", 1e-6},
-    Unit{kVolume, "m3", 1},
-    Unit{kVolume, "cm3", 1e-6},
-    Unit{kAngularSpeed, "rad/s", 1},
-    Unit{kAngularSpeed, "deg/s", std::numbers::pi / 180},
+    KnownUnit{kNumber, "%", 0.01},
+    KnownUnit{kLength, "m", 1},
+    KnownUnit{kLength, "mm", 1e-3},
+    KnownUnit{kLength, "um", 1e-6},
+    KnownUnit{kLength, "nm", 1e-9},
+    KnownUnit{kLength, "km", 1e3},
+    KnownUnit{kPressure, "Pa", 1},
+    KnownUnit{kPressure, "kPa", 1e3},
+    KnownUnit{kPressure, "MPa", 1e6},
+    KnownUnit{kPressure, "GPa", 1e9},
+    KnownUnit{kPressure, "TPa", 1e12},
+    KnownUnit{kForce, "N", 1},
+    KnownUnit{kForce, "mN", 1e-3},
+    KnownUnit{kForce, "uN", 1e-6},
+    KnownUnit{kTime, "s", 1},
+    KnownUnit{kTime, "ms", 1e-3},
+    KnownUnit{kTime, "us", 1e-6},
+    KnownUnit{kFrequency, "Hz", 1},
+    KnownUnit{kFrequency, "kHz", 1e3},
+    KnownUnit{kAngle, "rad", 1},
+    KnownUnit{kDensity, "kg/m3", 1},
+    KnownUnit{kAngle, "deg", std::numbers::pi / 180},
+    KnownUnit{kDensity, "g/cm3", 1e3},
+    KnownUnit{kRate, "/s", 1},
+    KnownUnit{kSpeed, "m/s", 1},
+    KnownUnit{kSpeed, "mm/s", 1e-3},
+    KnownUnit{kSpeed, "um/s", 1e-6},
+    KnownUnit{kSpeed, "nm/s", 1e-9},
+    KnownUnit{kSpeed, "km/s", 1e3},
+    KnownUnit{kPixels, "px", 1},
+    KnownUnit{kTension, "N/m", 1},
+    KnownUnit{kTension, "mN/m", 1e-3},
+    KnownUnit{kTension, "N/mm", 1e3},
+    KnownUnit{kVolume, "l", 1e-3},
+    KnownUnit{kVolume, "ml", 1e-6},
+    KnownUnit{kVolume, "m3", 1},
+    KnownUnit{kVolume, "cm3", 1e-6},
+    KnownUnit{kAngularSpeed, "rad/s", 1},
+    KnownUnit{kAngularSpeed, "deg/s", std::numbers::pi / 180},
 };
 
 // In the order of Dimension.
@@ -98,7 +98,7 @@ std::optional<double> ParseQuantity(std::string_view text, Dimension dimension) 
   const auto value = TakeNumber<double>(&text);
   if (!value || !std::isfinite(*value)) return std::nullopt;
   if (text.empty()) return value;
-  for (const Unit& unit : kUnits) {
+  for (const KnownUnit& unit : kUnits) {
     if (unit.dimension != dimension || unit.name != text) continue;
     const double si = InSi(*value, unit.in_si);
     return std::isfinite(si) ? std::optional(si) : std::nullopt;
@@ -111,7 +111,7 @@ std::string ExpectedQuantity(Dimension dimension, std::string_view range) {
   const bool is_comparison = range.starts_with('>') || range.starts_with('<');
   if (!range.empty()) text.append(is_comparison ? " " : ", ").append(range);
   std::string units(dimension == kNumber ? "plain or " : "");
-  for (const Unit& unit : kUnits) {
+  for (const KnownUnit& unit : kUnits) {
     if (unit.dimension == dimension) units.append(unit.name).append(", ");
   }
   return text.append(" (").append(units, 0, units.size() - 2).append(")");

@@ -11,7 +11,7 @@ namespace {
 
 constexpr double kUsualRate = 500, kSlowest = 100, kFastest = 1000;  // of targets [Hz]
 constexpr int kMaxReports = 4000;                                    // per second
-constexpr std::size_t kMaxNameLength = 64;                           // [characters]
+constexpr std::size_t kMaxDriverName = 64;                           // [characters]
 
 grpc::Status Refused(const std::string& why) {
   return Error(v1::ERROR_REASON_INVALID_FIELD, why);
@@ -53,7 +53,7 @@ grpc::Status DriveStream::Take() {
     if (!(rate >= kSlowest && rate <= kFastest)) {
       return Refused("rate = " + std::to_string(rate) + ": expected 0, or 100 to 1000");
     }
-    name_ = Presentable(report_.driver_name(), kMaxNameLength);
+    name_ = Presentable(report_.driver_name(), kMaxDriverName);
     rate_ = rate;
   }
   if (const auto refusal = arm_->Take(driver_, name_, *reading, now)) {

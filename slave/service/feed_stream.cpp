@@ -5,18 +5,19 @@
 namespace palpate {
 namespace {
 
-using Reactor = grpc::ServerReadReactor<v1::TactileSample>;
+using FeedReactor = grpc::ServerReadReactor<v1::TactileSample>;
 
-constexpr std::size_t kMaxNameLength = 40;  // [bytes]; no finger of a scene has a longer one
+constexpr std::size_t kMaxFingerName = 40;  // [bytes]; no finger of a scene has a longer one
 
 }  // namespace
 
 FeedStream::FeedStream(TactileInbox* inbox, v1::FeedTactileReply* reply)
     : inbox_(inbox), sender_(NewStreamId()), reply_(reply) {}
 
-Reactor* FeedStream::Open(TactileInbox* inbox, FeedStreams* streams, v1::FeedTactileReply* reply) {
+FeedReactor* FeedStream::Open(TactileInbox* inbox, FeedStreams* streams,
+                              v1::FeedTactileReply* reply) {
   if (inbox == nullptr) {
-    return new RefusedStream<Reactor>(
+    return new RefusedStream<FeedReactor>(
         Error(v1::ERROR_REASON_NOT_STREAMED,
               "the scene accepts no tactile samples: its sense.tactile.source is not stream"));
   }
@@ -33,7 +34,7 @@ Reactor* FeedStream::Open(TactileInbox* inbox, FeedStreams* streams, v1::FeedTac
 std::string FeedStream::Feed() {
   std::string reason;
   const auto sample = FromProto(sample_, &reason);
-  const std::string name = sample_.finger().substr(0, kMaxNameLength);
+  const std::string name = sample_.finger().substr(0, kMaxFingerName);
   if (!sample) return "finger " + name + ": " + reason;
   const auto refusal = inbox_->Feed(sample_.finger(), sample_.sequence(), sample->sensed_at,
                                     sample->reading, Clock::now(), sender_, sample_.unit());

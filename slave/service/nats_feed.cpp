@@ -12,8 +12,8 @@ namespace palpate {
 namespace {
 
 // Period at which a wait checks whether to end.
-constexpr std::chrono::milliseconds kPollPeriod(50);
-constexpr int kQuality = 80;  // of images, the default of WatchImages
+constexpr std::chrono::milliseconds kFeedPoll(50);
+constexpr int kFeedQuality = 80;  // of images, the default of WatchImages
 
 }  // namespace
 
@@ -41,10 +41,10 @@ void NatsFeed::Run(const std::stop_token& stop) {
   const auto box = publisher_.Subscribe();
   while (!stop.stop_requested() && !box->closed()) {
     if (!connection_.Confirm()) {
-      box->PauseUntil(Clock::now() + kPollPeriod);
+      box->PauseUntil(Clock::now() + kFeedPoll);
       continue;
     }
-    const auto state = box->WaitNewest(kPollPeriod);
+    const auto state = box->WaitNewest(kFeedPoll);
     if (!state) continue;
     const Time now = Clock::now();
     const auto published = Guarded([&] { Publish(*state, now); });
@@ -74,7 +74,7 @@ void NatsFeed::Publish(const SlaveState& state, Time now) {
     return true;
   });
   PublishBulk<v1::ImageState>(state, now, &images_, [&](v1::ImageState* image) {
-    const auto encoded = service_.Encoded(state.sensed_at, true, kQuality);
+    const auto encoded = service_.Encoded(state.sensed_at, true, kFeedQuality);
     if (encoded) ToProto(*encoded, state.sequence, image);
     return encoded != nullptr;
   });

@@ -13,17 +13,17 @@ namespace palpate {
 namespace {
 
 constexpr double kCommandRate = 256e3;  // 80 kB/s are usual [bytes/s]
-using Reactor = grpc::ServerBidiReactor<v1::OperatorCommand, v1::SlaveState>;
+using OperateReactor = grpc::ServerBidiReactor<v1::OperatorCommand, v1::SlaveState>;
 
 }  // namespace
 
-Reactor* OperateStream::Open(const Host& host, const grpc::ServerContextBase& context) {
+OperateReactor* OperateStream::Open(const Host& host, const grpc::ServerContextBase& context) {
   const std::shared_ptr<OperateStream> stream(new OperateStream(host, context));
   stream->self_ = stream;
   const grpc::Status refused = stream->RequestLease(OperatorNameOf(context));
   if (!refused.ok()) {
     stream->self_.reset();
-    return new RefusedStream<Reactor>(refused);
+    return new RefusedStream<OperateReactor>(refused);
   }
   stream->Read(&stream->command_);
   return stream.get();

@@ -5,7 +5,7 @@
 namespace palpate {
 namespace {
 
-constexpr std::chrono::milliseconds kPollPeriod(static_cast<int>(1000 / Publisher::kStateRate));
+constexpr std::chrono::milliseconds kStatePeriod(static_cast<int>(1000 / Publisher::kStateRate));
 // At most 1000 states per second, for every sensor.
 constexpr std::chrono::microseconds kMinGap(1000);
 
@@ -68,7 +68,7 @@ void Publisher::Stop() {
 void Publisher::Run(const std::stop_token& stop) {
   MakeThreadRealtime(kReadingPriority);
   while (!stop.stop_requested()) {
-    const bool sensed = slave_.WaitForNewer(sensed_at_, kPollPeriod);
+    const bool sensed = slave_.WaitForNewer(sensed_at_, kStatePeriod);
     const Time due = Clock::now() + kMinGap;
     const bool is_read = Publish(Clock::now());
     if (!is_read) AwaitReaders(stop);

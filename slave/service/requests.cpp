@@ -15,7 +15,7 @@ constexpr double kMaxStateRate = 1000;                           // [Hz]
 constexpr double kMaxForceLimit = 100;                           // [N]
 constexpr double kMinYoungModulus = 1, kMaxYoungModulus = 1e13;  // [Pa]
 constexpr std::size_t kMaxWordLength = 40;  // [characters]; no accepted one is longer
-constexpr unsigned kQuality = 80, kMinQuality = 10, kMaxQuality = 100;
+constexpr unsigned kDefaultQuality = 80, kMinQuality = 10, kMaxQuality = 100;
 
 [[noreturn]] void Refuse(const char* field, const std::string& value, const std::string& accepted) {
   throw std::invalid_argument(std::string(field) + " = " + value + ": expected " + accepted);
@@ -54,7 +54,7 @@ Clock::duration GapOf(const v1::WatchTraceRequest& request) {
 }
 
 int QualityOf(const v1::WatchImagesRequest& request) {
-  const unsigned quality = request.quality() == 0 ? kQuality : request.quality();
+  const unsigned quality = request.quality() == 0 ? kDefaultQuality : request.quality();
   if (quality < kMinQuality || quality > kMaxQuality)
     Refuse("quality", std::to_string(quality), "0, or 10 to 100");
   return static_cast<int>(quality);

@@ -32,8 +32,8 @@ std::pair<std::size_t, double> PieceAt(const std::vector<double>& sizes, double 
   return {at, rest / sizes[at]};
 }
 
-std::vector<Vector3d> OnOutline(const Scene& scene, double width,
-                                const std::vector<double>& shares) {
+std::vector<Vector3d> PlacesOnOutline(const Scene& scene, double width,
+                                      const std::vector<double>& shares) {
   constexpr int kPieces = 3989;  // prime, so that it is not commensurate with any mesh
   Scene fine = scene;
   if (!HoldsByNumber(scene)) fine.model.elements = kPieces;
@@ -95,7 +95,8 @@ Vector3d OnFacet(const SurfaceMesh& skin, const std::vector<double>& areas, doub
 
 // Moves shares where the tool finds no support to positions all over the surface: positions beside
 // a gap would otherwise get too many presses.
-std::vector<Vector3d> OnSkin(const Scene& scene, double width, const std::vector<double>& shares) {
+std::vector<Vector3d> PlacesOnSkin(const Scene& scene, double width,
+                                   const std::vector<double>& shares) {
   constexpr int kMaxMissed = 300;
   constexpr double kOnObject = 0.97;  // smallest supported part of the tool's face
   const SurfaceMesh skin = FineSkin(scene, width);
@@ -130,7 +131,7 @@ std::vector<Vector3d> OnSkin(const Scene& scene, double width, const std::vector
   return places;
 }
 
-std::vector<Vector3d> OnMembrane(double radius, const std::vector<double>& shares) {
+std::vector<Vector3d> PlacesOnMembrane(double radius, const std::vector<double>& shares) {
   constexpr double kTurns = 7;  // turns of the spiral while the radius grows
   std::vector<Vector3d> places;
   for (const double share : shares) {
@@ -147,9 +148,10 @@ std::vector<Vector3d> ReachablePlaces(const Scene& scene, double width,
                                       const std::vector<double>& shares) {
   const Geometry& geometry = scene.object.geometry;
   if (const auto* membrane = std::get_if<MembraneGeometry>(&geometry)) {
-    return OnMembrane(membrane->radius, shares);
+    return PlacesOnMembrane(membrane->radius, shares);
   }
-  return IsPlanar(geometry) ? OnOutline(scene, width, shares) : OnSkin(scene, width, shares);
+  return IsPlanar(geometry) ? PlacesOnOutline(scene, width, shares)
+                            : PlacesOnSkin(scene, width, shares);
 }
 
 std::vector<double> SpreadShares(int count) {

@@ -64,7 +64,7 @@ Edge MaxTimeOf(const SolidMesh& mesh, std::size_t tet) {
   return longest;
 }
 
-void Cut(const Edge& edge, const std::vector<std::size_t>& tets, SolidMesh* mesh) {
+void Bisect(const Edge& edge, const std::vector<std::size_t>& tets, SolidMesh* mesh) {
   const int middle = static_cast<int>(mesh->nodes.size());
   mesh->nodes.push_back(Middle(*mesh, edge));
   for (const std::size_t t : tets) {
@@ -95,7 +95,7 @@ void Refine(const std::function<double(const Vector3d&)>& allowed, SolidMesh* me
       const auto& tets = around[edge];
       if (std::ranges::any_of(tets, [&](std::size_t t) { return taken[t] != 0; })) continue;
       for (const std::size_t t : tets) taken[t] = 1;
-      Cut(edge, tets, mesh);
+      Bisect(edge, tets, mesh);
       more = true;
     }
   }

@@ -32,10 +32,10 @@ struct Vote {
 
 // The gradient with its magnitude compressed to 0 ... 1, so that one strong edge does not outweigh
 // many weak ones.
-struct LimitedGradient {
+struct BentGradient {
   cv::Mat x, y;  // CV_32F
 };
-LimitedGradient Bent(const cv::Mat& image) {
+BentGradient Bent(const cv::Mat& image) {
   cv::Mat gx, gy;
   cv::Sobel(image, gx, CV_32F, 1, 0, 3, 0.125);
   cv::Sobel(image, gy, CV_32F, 0, 1, 3, 0.125);
@@ -66,7 +66,7 @@ struct Rim {
 
 // Sums the outward gradient along the rim for the centres `from` to `to` of row `y`, one direction
 // at a time so that compilers can vectorise over centres.
-void SumAlongRim(const LimitedGradient& gradient, const Rim& rim, int y, int from, int to,
+void SumAlongRim(const BentGradient& gradient, const Rim& rim, int y, int from, int to,
                  float* sums) {
   std::fill(sums + from, sums + to, 0.0F);
   for (std::size_t k = 0; k < kDirections; ++k) {
@@ -78,7 +78,7 @@ void SumAlongRim(const LimitedGradient& gradient, const Rim& rim, int y, int fro
 }
 
 // Returns the best radius for every centre.
-std::vector<Vote> VoteEverywhere(const LimitedGradient& gradient) {
+std::vector<Vote> VoteEverywhere(const BentGradient& gradient) {
   const int cols = gradient.x.cols, rows = gradient.x.rows;
   std::vector<Vote> best(gradient.x.total());
   std::vector<float> sums(static_cast<std::size_t>(cols));
@@ -132,14 +132,14 @@ using PixelChain = std::vector<cv::Point>;
 // Larger images are searched at this size [px]. [tuned: ImagesWithoutAnObjectAreRefused]
 constexpr double kWorkingEdge = 480;
 // Blur against noise and fine texture [px]. [tuned: ImagesWithoutAnObjectAreRefused]
-constexpr double kBlur = 1.5;
+constexpr double kStartBlur = 1.5;
 constexpr int kThresholds = 32;                     // between the darkest and the brightest percent
 constexpr double kMinArea = 0.001, kMaxArea = 0.7;  // area, part of the image
 // Area / area of the convex hull. [-] [tuned: ImagesWithoutAnObjectAreRefused]
 constexpr double kMinSolidity = 0.8;
 constexpr double kMinRoundness = 0.35;  // 4 pi area / length^2 of the hull: no bar
 constexpr double kMinAgreement = 0.5;   // agreement of the edge's sign along the outline, 0 to 1
-constexpr double kMinEdge = 1;          // mean gradient across the outline [grey levels / px]
+constexpr double kMinGradient = 1;      // mean gradient across the outline [grey levels / px]
 constexpr std::size_t kCircles = 24;    // circles considered in addition to regions
 
 // Returns the 1 % and 99 % quantiles of the grey levels.
@@ -194,7 +194,7 @@ double EdgeAcross(const PixelChain& outline, const cv::Mat& gx, const cv::Mat& g
 class Search {
  public:
   Search(const cv::Mat& image, double tool_width) : size_(image.size()), tool_width_(tool_width) {
-    cv::GaussianBlur(image, smooth_, {}, kBlur);
+    cv::GaussianBlur(image, smooth_, {}, kStartBlur);
     cv::Sobel(smooth_, gx_, CV_32F, 1, 0, 3, 0.125);
     cv::Sobel(smooth_, gy_, CV_32F, 0, 1, 3, 0.125);
     const int cut = std::max(3, 2 * static_cast<int>(std::ceil(0.25 * tool_width)) + 1);
@@ -263,7 +263,7 @@ class Search {
     const double around = cv::arcLength(hull, true);
     if (4 * std::numbers::pi * area < kMinRoundness * around * around) return 0;
     const double edge = EdgeAcross(outline, gx_, gy_);
-    return edge < kMinEdge ? 0 : edge * solidity * solidity * std::sqrt(area);
+    return edge < kMinGradient ? 0 : edge * solidity * solidity * std::sqrt(area);
   }
 
   cv::Size size_;

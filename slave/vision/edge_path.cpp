@@ -13,10 +13,10 @@ namespace {
 
 constexpr int kRays = 128, kSizes = 97;
 constexpr double kMaxLarger = 0.8;  // logarithm of 2.2, because a corner is far from a circle
-constexpr double kBlur = 1.5;       // blur against noise and fine texture [px]
+constexpr double kPathBlur = 1.5;   // blur against noise and fine texture [px]
 constexpr int kMaxJump = 2;         // largest change of the size index between adjacent rays
 // Cost of a change by one; the cost is proportional to the square of the change.
-constexpr float kJump = 0.06F;
+constexpr float kJumpCost = 0.06F;
 constexpr float kFar = 0.15F;    // cost of the largest and the smallest size
 constexpr float kAnEdge = 0.2F;  // smallest limited gradient of an edge
 
@@ -51,7 +51,7 @@ class LimitedGradient {
  public:
   explicit LimitedGradient(const cv::Mat& image) {
     cv::Mat smooth;
-    cv::GaussianBlur(image, smooth, {}, kBlur);
+    cv::GaussianBlur(image, smooth, {}, kPathBlur);
     cv::Sobel(smooth, gx_, CV_32F, 1, 0, 3, 0.125);
     cv::Sobel(smooth, gy_, CV_32F, 0, 1, 3, 0.125);
     cv::magnitude(gx_, gy_, magnitude_);
@@ -106,7 +106,7 @@ std::vector<int> BestChain(const Rays& rays, float sign) {
            ++i) {
         const auto step = static_cast<float>(i - j);
         const float offered =
-            sum[static_cast<std::size_t>((c - 1) * kSizes + i)] - kJump * step * step;
+            sum[static_cast<std::size_t>((c - 1) * kSizes + i)] - kJumpCost * step * step;
         if (offered > best) best = offered, from[here] = i;
       }
       sum[here] = best + own - kFar * off;

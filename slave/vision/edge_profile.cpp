@@ -9,7 +9,7 @@ namespace {
 // A sample is the mean over 2 kAside + 1 parallel lines, 1 px apart. [-] [tuned:
 // EachPlaceMeasuresTheMotionOfTheEdgeAcross]
 constexpr int kAside = 2, kLines = 2 * kAside + 1;
-constexpr int kStep = 3;  // samples on either side that define a step
+constexpr int kStepSamples = 3;  // samples on either side that define a step
 constexpr int kCentrings = 8;
 // Positions in a window are fixed-point numbers with this many fractional bits, because
 // floating-point conversions per sample took two thirds of the time of one camera's checks. [by
@@ -73,8 +73,8 @@ bool EdgeProfile::Read(const cv::Mat& image, const Eigen::Vector2d& p, const Eig
 double EdgeProfile::StepAt(int k, int first) const noexcept {
   const float* at = level_.data() + k + half_;
   float sum = 0;
-  for (int j = first; j < first + kStep; ++j) sum += at[j] - at[-j];
-  return sum / kStep;
+  for (int j = first; j < first + kStepSamples; ++j) sum += at[j] - at[-j];
+  return sum / kStepSamples;
 }
 
 // Returns the mean of three samples.

@@ -10,11 +10,11 @@ namespace palpate {
 namespace {
 
 // Error of the centroid [px]. [tuned: BlurredStraightEdgesAreFoundToATwentiethOfAPixel]
-constexpr double kHalfWindow = 3;
-constexpr double kMinEdge = 3;  // total step across a clear edge [1/255 of full scale]
+constexpr double kHalfEdgeWindow = 3;
+constexpr double kMinEdgeStep = 3;  // total step across a clear edge [1/255 of full scale]
 // Cosine between the normals before and after a point. [-] [tuned:
 // BothPolaritiesAndADeepImageGiveTheSameEdge]
-constexpr double kStraight = 0.97;
+constexpr double kStraightEdge = 0.97;
 constexpr std::size_t kNeighbours = 4;  // neighbours on either side used to detect jumps
 // Smallest jump: in pixels, and relative to the median change.
 constexpr double kMinJump = 1, kJump = 4;
@@ -34,7 +34,7 @@ std::optional<Edge> FindEdge(const EdgeProfile& profile, double sign, int reach)
     if (step > steepest) steepest = step, at = k;
   }
   if (steepest <= 0) return std::nullopt;
-  const double place = profile.Centroid(sign, at, kHalfWindow);
+  const double place = profile.Centroid(sign, at, kHalfEdgeWindow);
   if (std::abs(place) > reach + 1) return std::nullopt;
   return Edge{place, steepest / profile.format().levels_per_255()};
 }
@@ -53,7 +53,7 @@ std::vector<Ray> RaysAcross(const cv::Mat& image, const GreyFormat& format, cons
   for (std::size_t i = 0; i < n; ++i) {
     const Eigen::Vector2d in = (even[i] - even[(i + n - 1) % n]).normalized();
     const Eigen::Vector2d out = (even[(i + 1) % n] - even[i]).normalized();
-    if (in.dot(out) < kStraight) continue;
+    if (in.dot(out) < kStraightEdge) continue;
     const Eigen::Vector2d t = (in + out).normalized();
     const Eigen::Vector2d normal(t.y(), -t.x());
     if (!profile.Read(image, even[i], normal, half)) continue;
@@ -112,7 +112,7 @@ Curve RefineContour(const cv::Mat& image, const GreyFormat& format, CurveView co
     if (edges.back()) steps.push_back(edges.back()->step);
   }
   if (steps.empty()) return {};
-  const double least = std::max(kMinEdge, kMinContrast * MedianOf(steps));
+  const double least = std::max(kMinEdgeStep, kMinContrast * MedianOf(steps));
 
   DropJumps(edges);
   Curve refined;

@@ -24,7 +24,7 @@ constexpr std::size_t kSidePoints = 6;            // smallest number of edge poi
 // Largest distance of a corner from the vertices of the edge beside it [px], which does not contain
 // it.
 constexpr double kCornerReach = 14;
-constexpr double kMinTurn = 0.17;  // between sides that meet in a corner [rad]
+constexpr double kMinCornerTurn = 0.17;  // between sides that meet in a corner [rad]
 
 struct Line {
   Vector2d p{0, 0}, d{0, 0};  // [px]; unit direction
@@ -78,7 +78,7 @@ std::vector<Side> SidesOf(const Curve& edge, const std::vector<std::size_t>& ver
 
 std::optional<Vector2d> Corner(const Line& a, const Line& b) {
   const double sine = a.d.x() * b.d.y() - a.d.y() * b.d.x();
-  if (std::abs(sine) < std::sin(kMinTurn)) return std::nullopt;
+  if (std::abs(sine) < std::sin(kMinCornerTurn)) return std::nullopt;
   const Vector2d between = b.p - a.p;
   return a.p + (between.x() * b.d.y() - between.y() * b.d.x()) / sine * a.d;
 }

@@ -36,7 +36,7 @@ constexpr double kFloor = 0.01;     // error of the interpolation [px]
 
 // Limits of AlignRobustly: reach from the start, and last step with which it counts as converged
 // [px].
-constexpr double kReach = 3, kEnough = 0.05;
+constexpr double kAlignReach = 3, kEnough = 0.05;
 constexpr float kMinError = 1.5F;  // scale of the errors below which no pixel is excluded [levels]
 constexpr float kHidden = 0.3F;    // weight below which a pixel counts as covered
 
@@ -292,7 +292,7 @@ PatchAligner::Match PatchAligner::AlignRobustly(const cv::Mat& grey, const Patch
   Eigen::Matrix4d inverse;
   double last = 1;
   for (int step = 1; step <= kMaxSteps && last > kSettled; ++step) {
-    const bool is_near = (match.warp.p - start.p).cwiseAbs().maxCoeff() <= kReach;
+    const bool is_near = (match.warp.p - start.p).cwiseAbs().maxCoeff() <= kAlignReach;
     if (!is_near || !Sample(grey, match.warp, 0)) return match;
     WeighLevels();
     fit = Regress(&inverse);

@@ -30,7 +30,7 @@ constexpr int kMinImage = 16;  // edge [px]
 constexpr int kMaxRatio = 10;
 // Limits for the snake at the start relative to its start curve.
 // Smallest closedness of an edge around a start given by a person.
-constexpr double kMinClosed = 0.7;
+constexpr double kMinStartClosed = 0.7;
 // Factor by which the given curve may be weaker than another one around it, in strength and
 // closedness.
 constexpr double kGivenIsBetter = 1.1;
@@ -75,7 +75,7 @@ std::vector<Curve> StartCurves(const ContourTracking& options, const cv::Mat& fi
   std::vector<Curve> starts = {std::move(start)};
   if (given && !CrossesItself(starts.front())) {
     EdgePath around = FollowEdgeAround(AsGrey8(first, format), starts.front());
-    if (around.closedness > kMinClosed) starts.push_back(std::move(around.curve));
+    if (around.closedness > kMinStartClosed) starts.push_back(std::move(around.curve));
   }
   for (Curve& curve : starts) {
     // With x to the right and y down a positive area is clockwise as displayed.

@@ -13,10 +13,10 @@ constexpr std::size_t kMaxPlaces = 256;  // [-] [tuned: EachPlaceMeasuresTheMoti
 constexpr double kNeighbour = 14;  // points farther apart than this are on different pieces [px]
 // Smallest cosine between the directions to the point and from it [-]. [tuned:
 // EachPlaceMeasuresTheMotionOfTheEdgeAcross]
-constexpr double kStraight = 0.95;
+constexpr double kStraightRest = 0.95;
 // Error of the centroid [px]. [tuned: EachPlaceMeasuresTheMotionOfTheEdgeAcross]
-constexpr double kHalfWindow = 4;
-constexpr double kMinStep = 3;       // [1/255 of full scale]
+constexpr double kHalfRestWindow = 4;
+constexpr double kMinRestStep = 3;   // [1/255 of full scale]
 constexpr double kMinOfStep = 0.25;  // of the place's step at rest
 constexpr double kFarther = 0.3;     // reduction of a step's weight at the end of the reach
 constexpr int kWide = 6;             // from a blurred edge to its sides [px]
@@ -37,7 +37,7 @@ RestEdge::RestEdge(const cv::Mat& first, const GreyFormat& format, CurveView res
   for (std::size_t i = 0; i < n; i += std::max<std::size_t>(stride, 1)) {
     const Eigen::Vector2d in = rest[i] - rest[(i + n - 1) % n], out = rest[(i + 1) % n] - rest[i];
     const bool one_piece = std::max(in.norm(), out.norm()) < kNeighbour &&
-                           in.normalized().dot(out.normalized()) > kStraight;
+                           in.normalized().dot(out.normalized()) > kStraightRest;
     if (!one_piece) continue;
     const Eigen::Vector2d t = (in + out).normalized();
     Place place{rest[i], {t.y(), -t.x()}, 0};
@@ -65,10 +65,10 @@ std::optional<double> RestEdge::Locate(const cv::Mat& image, const Place& place,
     const double counts = step * (1 - kFarther * std::abs(k) / (reach + 1));
     if (counts > best) best = counts, steepest = step, at = k;
   }
-  const double least =
-      std::max(kMinStep * profile_.format().levels_per_255(), kMinOfStep * std::abs(place.step));
+  const double least = std::max(kMinRestStep * profile_.format().levels_per_255(),
+                                kMinOfStep * std::abs(place.step));
   if (steepest < least) return std::nullopt;
-  const double edge = profile_.Centroid(sign, at, kHalfWindow);
+  const double edge = profile_.Centroid(sign, at, kHalfRestWindow);
   if (std::abs(edge) > reach + 1) return std::nullopt;
   const int nearest = std::clamp(static_cast<int>(std::lround(edge)), -reach, reach);
   const double wide = sign * profile_.StepAt(nearest, kWide);

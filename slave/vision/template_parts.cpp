@@ -16,13 +16,13 @@ constexpr int kMaxAcross = 4, kMaxAlong = 8;
 constexpr double kMinTrusted = 0.85;
 // Smallest variance of a part relative to that of the whole template.
 constexpr double kMinVariance = 0.15;
-constexpr double kStep = 2;           // step of the difference quotient along the tool [px]
-constexpr std::size_t kMinParts = 4;  // parts
-constexpr double kMinSignal = 0.25;   // part of the variance that is not noise
+constexpr double kDifferenceStep = 2;  // step of the difference quotient along the tool [px]
+constexpr std::size_t kMinParts = 4;   // parts
+constexpr double kMinSignal = 0.25;    // part of the variance that is not noise
 // Limit of a change in an image relative to the template's largest change.
 constexpr double kMaxChange = 1.5;
-constexpr int kSamePeak = 3;   // distance within which two peaks are one [px]
-constexpr double kFits = 0.6;  // smallest score of a matching part
+constexpr int kSamePartPeak = 3;  // distance within which two peaks are one [px]
+constexpr double kFits = 0.6;     // smallest score of a matching part
 
 struct Cut {
   GreyPatch pixels;
@@ -72,8 +72,8 @@ void Differentiate(const GreyPatch& levels, const cv::Point& step, int most, Gre
 TemplateParts::TemplateParts(const TipTemplate& tip)
     : width_(tip.pixels.width),
       height_(tip.pixels.height),
-      step_(static_cast<int>(std::lround(kStep * tip.along.x())),
-            static_cast<int>(std::lround(kStep * tip.along.y()))),
+      step_(static_cast<int>(std::lround(kDifferenceStep * tip.along.x())),
+            static_cast<int>(std::lround(kDifferenceStep * tip.along.y()))),
       trust_(height_ - 2, width_ - 2) {
   Differentiate(tip.pixels, step_, max_difference_, change_);
   // The border of the template is left out, because pixels beyond it are unknown.
@@ -144,7 +144,7 @@ TemplateParts::Place TemplateParts::Find(const GreyPatch& window) {
   cv::minMaxLoc(map, nullptr, &place.score, nullptr, &place.at);
   place.on_border = place.at.x == 0 || place.at.y == 0 || place.at.x == map.cols - 1 ||
                     place.at.y == map.rows - 1;
-  const cv::Point reach(kSamePeak, kSamePeak);
+  const cv::Point reach(kSamePartPeak, kSamePartPeak);
   map(cv::Rect(place.at - reach, place.at + reach + cv::Point(1, 1)) & cv::Rect({}, size)) = 0;
   cv::minMaxLoc(map, nullptr, &place.second);
   MarkFitting(place.at);

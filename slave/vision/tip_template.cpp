@@ -14,9 +14,9 @@
 namespace palpate {
 namespace {
 
-constexpr int kMinEdge = 5, kMaxEdge = 512;  // edge of a template [px]
-constexpr int kSide = 6;                     // background beside the tool [px]
-constexpr int kReach = 10;                   // search distance around the template [px]
+constexpr int kMinTemplateEdge = 5, kMaxTemplateEdge = 512;  // edge of a template [px]
+constexpr int kSide = 6;                                     // background beside the tool [px]
+constexpr int kTemplateReach = 10;  // search distance around the template [px]
 // Margin before the tip, because the blurred end contains background [px].
 constexpr double kBeforeTip = 1;
 // Part beyond the tip that is included if the tool has no marks [px].
@@ -28,7 +28,7 @@ constexpr double kWorstSigma = 0.15, kWorstByNoise = 0.02;
 // Search for the tool's direction: compared length of the sides [widths], distance across the side
 // [px].
 constexpr double kSideLength = 4, kSideStep = 2;
-constexpr double kMaxTemplateTurn = 1.05, kTurnStep = 0.02;  // [rad]
+constexpr double kMaxTemplateTurn = 1.05, kTemplateTurnStep = 0.02;  // [rad]
 
 bool HasContrast(const GreyPatch& pixels) {
   const auto [low, high] = std::minmax_element(pixels.levels.begin(), pixels.levels.end());
@@ -115,8 +115,9 @@ void SetWeights(const ToolEndSize& tool, TipTemplate* tip) {
   }
 }
 
-TipTemplate Cut(const cv::Mat& first, const GreyFormat& format, const cv::Rect& window,
-                const Eigen::Vector2d& tip, const Eigen::Vector2d& d, const ToolEndSize& tool) {
+TipTemplate CutTemplate(const cv::Mat& first, const GreyFormat& format, const cv::Rect& window,
+                        const Eigen::Vector2d& tip, const Eigen::Vector2d& d,
+                        const ToolEndSize& tool) {
   TipTemplate cut;
   format.Read(first, window, cut.pixels);
   cut.along = d;
@@ -172,7 +173,7 @@ Eigen::Vector2d FindToolDirection(const cv::Mat& first, const GreyFormat& format
   const Eigen::Vector2d straight = towards.stableNormalized();
   Eigen::Vector2d best = straight;
   double most = 0;
-  for (double angle = -kMaxTemplateTurn; angle <= kMaxTemplateTurn; angle += kTurnStep) {
+  for (double angle = -kMaxTemplateTurn; angle <= kMaxTemplateTurn; angle += kTemplateTurnStep) {
     const Eigen::Vector2d d = Eigen::Rotation2Dd(angle) * straight;
     const double sides = SidesOf(image, p_I_tip, d, width);
     if (sides > most) most = sides, best = d;
@@ -189,10 +190,10 @@ TipTemplate LoadTipTemplate(const TipTracking& options, const Eigen::Vector2d& d
   try {
     const cv::Mat image = ReadImage(options.template_file, 1);
     const int smaller = std::min(image.cols, image.rows), larger = std::max(image.cols, image.rows);
-    if (smaller < kMinEdge || larger > kMaxEdge) {
+    if (smaller < kMinTemplateEdge || larger > kMaxTemplateEdge) {
       throw std::runtime_error(std::to_string(image.cols) + " x " + std::to_string(image.rows) +
-                               " px: expected edges of " + std::to_string(kMinEdge) + " to " +
-                               std::to_string(kMaxEdge) + " px");
+                               " px: expected edges of " + std::to_string(kMinTemplateEdge) +
+                               " to " + std::to_string(kMaxTemplateEdge) + " px");
     }
     GreyFormat(image).Read(image, cv::Rect(cv::Point(), image.size()), tip.pixels);
   } catch (const std::runtime_error& error) {
@@ -223,17 +224,17 @@ TipTemplate CutTipTemplate(const cv::Mat& first, const GreyFormat& format,
   const bool inside = (p_I_tip.array() >= 0).all() && p_I_tip.x() <= first.cols - 1 &&
                       p_I_tip.y() <= first.rows - 1;  // false for NaN
   if (!inside) refuse("outside the image");
-  if (!(tool.width > 0) || tool.width > kMaxEdge - 2 * kSide)
+  if (!(tool.width > 0) || tool.width > kMaxTemplateEdge - 2 * kSide)
     refuse("the tool is too wide in the image");
-  const int length = std::clamp(roi - 2 * kReach, 12, kMaxEdge);
+  const int length = std::clamp(roi - 2 * kTemplateReach, 12, kMaxTemplateEdge);
   TipTemplate tip;
   for (const double beyond : {-kBeforeTip, kBeyondTip}) {
     const cv::Rect window = WindowAt(p_I_tip, d_I, tool.width, length, beyond, first.size());
-    if (std::min(window.width, window.height) < kMinEdge) {
+    if (std::min(window.width, window.height) < kMinTemplateEdge) {
       refuse("too little of the tool is in the image");
     }
     const double radius = beyond < 0 ? tool.radius : 0;
-    tip = Cut(first, format, window, p_I_tip, d_I, {tool.width, radius});
+    tip = CutTemplate(first, format, window, p_I_tip, d_I, {tool.width, radius});
     if (LocatesAlong(tip, d_I, tool.width)) break;
   }
   if (!HasContrast(tip.pixels)) refuse("no contrast");

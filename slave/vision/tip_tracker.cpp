@@ -13,7 +13,7 @@
 namespace palpate {
 namespace {
 
-constexpr int kReach = 10;    // smallest search radius around the template [px]
+constexpr int kSearchReach = 10;  // smallest search radius around the template [px]
 constexpr int kSamePeak = 2;  // positions closer than this to the best belong to the same peak [px]
 constexpr double kAsGood = 0.01;        // a second peak within this score of the best is its equal
 constexpr std::size_t kCandidates = 6;  // candidates of the coarse search that are refined
@@ -156,7 +156,7 @@ Eigen::Vector2d TipTracker::Predicted() const {
 cv::Rect TipTracker::WindowAround(const Eigen::Vector2d& tip, double scale) const {
   const GreyPatch& pattern = ncc_.pattern();
   const auto edge = [&](int pattern_edge) {
-    const int least = pattern_edge + 2 * kReach;
+    const int least = pattern_edge + 2 * kSearchReach;
     return static_cast<int>(scale * std::max(options_.roi, least));
   };
   const cv::Size size(edge(pattern.width), edge(pattern.height));

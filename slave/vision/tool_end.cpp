@@ -13,21 +13,22 @@ using Eigen::Vector2d;
 
 // Distance of the end, and of a side, from its stated place [px]. [tuned:
 // IsNotFoundWhereTheToolContinues]
-constexpr double kReach = 8;
+constexpr double kEndReach = 8;
 // Distance beside the tool at which the background is measured [px]. [tuned:
 // AWidthWrongByAFifthIsDetected]
 constexpr double kSideWidth = 6;
 // Distance behind the tip from which the sides are measured [px]. [tuned:
 // IsNotFoundWhereTheToolContinues]
 constexpr double kBehind = 4;
-constexpr double kLength = 24;  // length over which the sides are compared [px]
-constexpr double kStep = 0.5;   // of a line [px]
+constexpr double kLength = 24;     // length over which the sides are compared [px]
+constexpr double kLineStep = 0.5;  // of a line [px]
 // Length of background required beyond the end [px]. [tuned: IsFoundIndependentOfTheReportedTip]
 constexpr double kStays = 2;
 // Smallest difference of a mark from the background, relative to the usual one.
 constexpr double kFaintest = 0.2;
-constexpr double kMinStep = 12;  // smallest step between tool and background [1/255 of full scale]
-constexpr double kPlain = 0.25;  // largest scatter of the background relative to that step
+// Smallest step between tool and background [1/255 of full scale].
+constexpr double kMinToolStep = 12;
+constexpr double kPlain = 0.25;    // largest scatter of the background relative to that step
 constexpr double kMaxLost = 0.25;  // largest fraction of lines without an end
 constexpr double kBlunt = 1;       // largest scatter of the lines [px]
 constexpr double kAsStraight = 2;  // largest deviation of a side that continues [px]
@@ -58,18 +59,18 @@ class Lines {
       return std::abs((At(at - aside) + At(at) + At(at + aside)) / 3 - ground);
     };
     double plain = 0;  // length of visible background
-    for (double s = most; s >= 0; s -= kStep) {
+    for (double s = most; s >= 0; s -= kLineStep) {
       double inside = 0;
       for (const double back : {3.0, 4.0, 5.0}) inside += contrast(s - back) / 3;
       const double here = contrast(s), half = 0.5 * inside;
       const bool is_tool = inside > kFaintest * step && here >= half;
       if (!is_tool) {
-        plain += kStep;
+        plain += kLineStep;
         continue;
       }
       if (plain < kStays) return std::nullopt;
-      const double beyond = contrast(s + kStep);
-      return s + kStep * std::clamp((here - half) / std::max(here - beyond, 1e-9), 0.0, 1.0);
+      const double beyond = contrast(s + kLineStep);
+      return s + kLineStep * std::clamp((here - half) / std::max(here - beyond, 1e-9), 0.0, 1.0);
     }
     return std::nullopt;
   }
@@ -113,23 +114,23 @@ class Bar {
     }
     level_ = MedianOf(ground);
     step_ = std::abs(MedianOf(inside) - level_);
-    is_prominent_ =
-        step_ >= kMinStep * format.levels_per_255() && SigmaAboutMedian(ground) <= kPlain * step_;
+    is_prominent_ = step_ >= kMinToolStep * format.levels_per_255() &&
+                    SigmaAboutMedian(ground) <= kPlain * step_;
   }
 
   [[nodiscard]] bool is_prominent() const { return is_prominent_; }
   // Range in which the sides must be straight [px behind the stated tip].
-  [[nodiscard]] double first_behind() const { return kReach + kBehind + radius_; }
-  [[nodiscard]] double last_behind() const { return kReach + kLength + radius_; }
+  [[nodiscard]] double first_behind() const { return kEndReach + kBehind + radius_; }
+  [[nodiscard]] double last_behind() const { return kEndReach + kLength + radius_; }
   // Returns the distance of the end beyond the reported tip [px].
   [[nodiscard]] std::optional<double> End() const {
     std::vector<std::optional<double>> ends;
     for (double c = -0.35 * width_; c <= 0.35 * width_; ++c) {
-      const Vector2d from = p_tip_ + c * across_ - (kReach + RecessAt(c)) * d_;
-      ends.push_back(lines_.Crossing(from, d_, level_, step_, 2 * kReach));
+      const Vector2d from = p_tip_ + c * across_ - (kEndReach + RecessAt(c)) * d_;
+      ends.push_back(lines_.Crossing(from, d_, level_, step_, 2 * kEndReach));
     }
     const auto end = Together(ends);
-    return end ? std::optional(*end - kReach) : std::nullopt;
+    return end ? std::optional(*end - kEndReach) : std::nullopt;
   }
   // Returns the median distance of a side from the axis between `first` and `last` behind the
   // reported tip, negative beyond it [px].
@@ -178,7 +179,7 @@ bool ToolGoesOn(const cv::Mat& first, const GreyFormat& format, const Vector2d& 
   if (!bar.is_prominent()) return false;
   for (const double side : {-1.0, 1.0}) {
     const auto behind = bar.Side(side, bar.first_behind(), bar.last_behind()),
-               past = bar.Side(side, -kReach, -kBehind);
+               past = bar.Side(side, -kEndReach, -kBehind);
     if (!behind || !past || std::abs(*past - *behind) > kAsStraight) return false;
   }
   return true;

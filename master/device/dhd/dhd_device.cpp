@@ -13,7 +13,7 @@ namespace palpate {
 namespace {
 
 // The library's frame D has x towards the operator, y to the right, z up.
-Eigen::Vector3d ToM(const Eigen::Vector3d& d) {
+Eigen::Vector3d FromD(const Eigen::Vector3d& d) {
   return {d.y(), d.z(), d.x()};
 }
 Eigen::Vector3d ToD(const Eigen::Vector3d& m) {
@@ -22,13 +22,12 @@ Eigen::Vector3d ToD(const Eigen::Vector3d& m) {
 // R_MD, column by column.
 Eigen::Matrix3d RotationToM() {
   Eigen::Matrix3d R;
-  R << ToM({1, 0, 0}), ToM({0, 1, 0}), ToM({0, 0, 1});
+  R << FromD({1, 0, 0}), FromD({0, 1, 0}), FromD({0, 0, 1});
   return R;
 }
 
 constexpr double kClosedGap = 0.010;  // a gripper closed to this gap counts as the first button [m]
-constexpr double kMinCompared = 0.1;  // smaller forces show no scale [N]
-constexpr std::chrono::milliseconds kPeriod(1);
+constexpr std::chrono::milliseconds kTickPeriod(1);
 constexpr int kStatusRoom = 64;  // releases write 12 to 17 numbers
 
 constexpr std::array<const char*, 7> kForceOffCauses{
@@ -65,7 +64,7 @@ DeviceCapabilities CapabilitiesOf(const DhdApi& api, char id, const std::string&
 }
 
 // A failed transfer may succeed later, unlike a missing device.
-DeviceFault FaultOf(int code) {
+DeviceFault FaultOfDhd(int code) {
   switch (code) {
     case dhd::kCommunication:
       return DeviceFault::kSilent;
@@ -133,7 +132,7 @@ bool DhdDevice::Succeeded(int code) noexcept {
   if (code >= 0) return true;
   if (status_.fault != DeviceFault::kNone) return false;  // the first error is reported
   status_.code = own_.api.last_error();
-  status_.fault = FaultOf(status_.code);
+  status_.fault = FaultOfDhd(status_.code);
   const char* words = own_.api.last_error_text();
   if (words != nullptr) status_.cause = words;
   return false;
@@ -162,7 +161,7 @@ void DhdDevice::RunTicks(const Tick& tick, const std::stop_token& stop) noexcept
     if (const Command* newest = commands_.Take()) command = *newest;
     const bool is_new = SecondsBetween(command.at, Clock::now()) < kLetGoAfter;
     output_ = Send(is_new ? command.wrench : Wrench());
-    wake = std::max(wake + kPeriod, Clock::now());
+    wake = std::max(wake + kTickPeriod, Clock::now());
     std::this_thread::sleep_until(Clock::ToSteady(wake));
   }
 }
@@ -201,8 +200,8 @@ void DhdDevice::ReadMotion(DeviceReading* reading) noexcept {
   Eigen::Vector3d p(0, 0, 0), v(0, 0, 0);
   const int moved = api.position(&p.x(), &p.y(), &p.z(), own_.id);
   reading->repeated = moved == dhd::kTimeGuard;
-  if (Succeeded(moved)) reading->p_M = ToM(p);
-  if (Succeeded(api.velocity(&v.x(), &v.y(), &v.z(), own_.id))) reading->v_M = ToM(v);
+  if (Succeeded(moved)) reading->p_M = FromD(p);
+  if (Succeeded(api.velocity(&v.x(), &v.y(), &v.z(), own_.id))) reading->v_M = FromD(v);
   if (!own_.has_wrist) return;
   double frame[3][3] = {};
   if (!Succeeded(api.orientation(frame, own_.id))) return;

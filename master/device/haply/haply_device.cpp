@@ -12,16 +12,15 @@ namespace {
 
 using std::chrono::milliseconds;
 
-constexpr milliseconds kPeriod(1), kWait(20), kOpenWithin(300), kRetryEvery(200);
+constexpr milliseconds kExchangePeriod(1), kWait(20), kOpenWithin(300), kRetryEvery(200);
 // Periods of kWait without an answer after which the connection is lost.
 constexpr int kMaxWaits = 25;
-constexpr double kMinCompared = 0.1;  // smaller forces show nothing about a scale [N]
-constexpr double kSmooth = 0.010;     // smoothing time of computed velocities [s]
+constexpr double kSmooth = 0.010;  // smoothing time of computed velocities [s]
 // Limits of the Inverse3, as its maker states them. The service reports no limits.
 constexpr double kForce = 10, kRate = 1000;  // [N], [Hz]
 
 // Frame H of the service: x to the right, y away from the operator, z up.
-Eigen::Vector3d ToM(const Eigen::Vector3d& h) {
+Eigen::Vector3d FromH(const Eigen::Vector3d& h) {
   return {h.x(), h.z(), -h.y()};
 }
 Eigen::Vector3d ToH(const Eigen::Vector3d& m) {
@@ -114,7 +113,7 @@ void HaplyDevice::Work(const std::stop_token& stop) {
   while (!stop.stop_requested()) {
     auto next = std::chrono::steady_clock::now();
     while (!stop.stop_requested() && Exchange(stop)) {
-      next = std::max(next + kPeriod, std::chrono::steady_clock::now());
+      next = std::max(next + kExchangePeriod, std::chrono::steady_clock::now());
       std::this_thread::sleep_until(next);
     }
     if (stop.stop_requested()) return;
@@ -153,15 +152,15 @@ bool HaplyDevice::Exchange(const std::stop_token& stop) {
 float HaplyDevice::ForceShare(const HaplyState& state) const {
   const double size = sent_.norm();
   if (!state.force || size < kMinCompared) return NAN;
-  return static_cast<float>(ToM(*state.force).dot(sent_) / (size * size));
+  return static_cast<float>(FromH(*state.force).dot(sent_) / (size * size));
 }
 
 void HaplyDevice::Publish(const HaplyState& state) {
   DeviceReading reading;
   reading.at = clock_();
-  reading.p_M = ToM(state.position);
+  reading.p_M = FromH(state.position);
   if (state.velocity) {
-    reading.v_M = ToM(*state.velocity);
+    reading.v_M = FromH(*state.velocity);
   } else if (last_.at != Time{} && reading.at > last_.at) {
     const double dt = SecondsBetween(last_.at, reading.at);
     const Eigen::Vector3d v = (reading.p_M - last_.p_M) / dt;
@@ -169,7 +168,7 @@ void HaplyDevice::Publish(const HaplyState& state) {
   }
   if (state.orientation) {
     const Eigen::Quaterniond& q = *state.orientation;
-    const Eigen::Vector3d axis = ToM(q.vec());
+    const Eigen::Vector3d axis = FromH(q.vec());
     reading.q_M = Eigen::Quaterniond(q.w(), axis.x(), axis.y(), axis.z());
   }
   reading.status.buttons = state.buttons;

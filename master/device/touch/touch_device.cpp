@@ -15,15 +15,15 @@ constexpr int kMaxErrors = 16;               // taken per frame
 constexpr std::uint64_t kSlowFrames = 100;   // frames between checks of calibration and temperature
 constexpr unsigned short kPriority = 65535;  // the highest
 constexpr unsigned kSecondButton = 2;
-constexpr auto kWait = std::chrono::microseconds(200);
+constexpr auto kCallbackPoll = std::chrono::microseconds(200);
 
-Eigen::Vector3d Triple(const HdApi& api, unsigned parameter) {
+Eigen::Vector3d ReadVector(const HdApi& api, unsigned parameter) {
   std::array<double, 3> values{};
   api.get_doubles(parameter, values.data());
   return {values[0], values[1], values[2]};
 }
 
-double Number(const HdApi& api, unsigned parameter) {
+double ReadNumber(const HdApi& api, unsigned parameter) {
   double value = 0;
   api.get_doubles(parameter, &value);
   return value;
@@ -53,10 +53,10 @@ DeviceCapabilities CapabilitiesOf(const HdApi& api) {
   };
   own.sensed_dof = Integer(api, hd::kInputDof);
   own.actuated_dof = std::min(Integer(api, hd::kOutputDof), 3);  // torques are not rendered
-  own.force = known(Number(api, hd::kMaxForce));
-  own.continuous_force = known(Number(api, hd::kMaxContinuousForce));
-  own.stiffness = known(Number(api, hd::kMaxStiffness) / kMilli);
-  own.damping = known(Number(api, hd::kMaxDamping) / kMilli);
+  own.force = known(ReadNumber(api, hd::kMaxForce));
+  own.continuous_force = known(ReadNumber(api, hd::kMaxContinuousForce));
+  own.stiffness = known(ReadNumber(api, hd::kMaxStiffness) / kMilli);
+  own.damping = known(ReadNumber(api, hd::kMaxDamping) / kMilli);
   own.rate = Integer(api, hd::kUpdateRate);
   std::array<double, 6> box{};
   api.get_doubles(hd::kUsableWorkspace, box.data());
@@ -83,7 +83,7 @@ unsigned StyleOf(unsigned styles) {
 }
 
 // Converts an error of the library to the fault of a running device.
-DeviceFault FaultOf(unsigned code) {
+DeviceFault FaultOfHd(unsigned code) {
   switch (code) {
     case hd::kWarmMotors:
       return DeviceFault::kHot;
@@ -176,7 +176,7 @@ bool TouchDevice::StartTicks(const Tick* tick) {
 
 void TouchDevice::StopTicks() {
   tick_ = nullptr;
-  while (inside_) std::this_thread::sleep_for(kWait);
+  while (inside_) std::this_thread::sleep_for(kCallbackPoll);
 }
 
 void TouchDevice::ServoFrame() noexcept {
@@ -208,10 +208,10 @@ DeviceReading TouchDevice::Measure(Time now) noexcept {
   Eigen::Matrix3d R;
   R << m[0], m[4], m[8], m[1], m[5], m[9], m[2], m[6], m[10];
   DeviceReading reading;
-  reading.p_M = kMilli * Triple(api_, hd::kPosition);
-  reading.v_M = kMilli * Triple(api_, hd::kVelocity);
+  reading.p_M = kMilli * ReadVector(api_, hd::kPosition);
+  reading.v_M = kMilli * ReadVector(api_, hd::kVelocity);
   reading.q_M = Eigen::Quaterniond(R);
-  reading.w_M = Triple(api_, hd::kAngularVelocity);
+  reading.w_M = ReadVector(api_, hd::kAngularVelocity);
   reading.at = now;
   status_.buttons = static_cast<std::uint32_t>(Integer(api_, hd::kButtons));
   reading.engaged = (status_.buttons & 1U) != 0;
@@ -257,7 +257,7 @@ bool TouchDevice::CollectErrors() noexcept {
     if (error.code == hd::kExceededMaxForce) {
       saturated = true;
     } else if (error.code != hd::kInvalidParameter && status_.fault == DeviceFault::kNone) {
-      status_.fault = FaultOf(error.code);
+      status_.fault = FaultOfHd(error.code);
       status_.code = static_cast<std::int32_t>(error.code);
       const char* words = api_.error_text(error.code);
       if (words != nullptr) status_.cause = words;

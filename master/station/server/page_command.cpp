@@ -9,7 +9,7 @@
 namespace palpate {
 namespace {
 
-using Json = nlohmann::json;
+using CommandJson = nlohmann::json;
 
 constexpr double kMaxAim = 10;  // [m]
 constexpr std::size_t kMaxKindLength = 40;
@@ -18,7 +18,7 @@ constexpr std::size_t kMaxKindLength = 40;
   throw std::invalid_argument("not understood: " + what);
 }
 
-double Number(const Json& command, const char* key) {
+double Number(const CommandJson& command, const char* key) {
   const auto found = command.find(key);
   if (found != command.end() && found->is_number()) {
     const double value = found->get<double>();
@@ -27,21 +27,21 @@ double Number(const Json& command, const char* key) {
   RefuseCommand(std::string(key) + ": expected a finite number");
 }
 
-std::optional<double> Positive(const Json& command, const char* key) {
+std::optional<double> Positive(const CommandJson& command, const char* key) {
   if (!command.contains(key)) return std::nullopt;
   const double value = Number(command, key);
   if (!(value > 0)) RefuseCommand(std::string(key) + ": expected a number above 0");
   return value;
 }
 
-PointerCommand ReadPointer(const Json& command) {
+PointerCommand ReadPointer(const CommandJson& command) {
   PointerCommand pointer{Number(command, "at"), {0, 0, 0}, command.value("engaged", false)};
   const auto place = command.find("p_M");
   if (place == command.end() || !place->is_array() || place->size() != 3) {
     RefuseCommand("p_M: expected three numbers");
   }
   for (int i = 0; i < 3; ++i) {
-    const Json& number = (*place)[static_cast<std::size_t>(i)];
+    const CommandJson& number = (*place)[static_cast<std::size_t>(i)];
     const double value = number.is_number() ? number.get<double>() : NAN;
     if (!(std::abs(value) <= kMaxAim)) RefuseCommand("p_M: expected numbers within 10 m");
     pointer.p_M[i] = value;
@@ -49,18 +49,18 @@ PointerCommand ReadPointer(const Json& command) {
   return pointer;
 }
 
-bool Flag(const Json& command, const char* key) {
+bool Flag(const CommandJson& command, const char* key) {
   const auto found = command.find(key);
   if (found != command.end() && found->is_boolean()) return found->get<bool>();
   RefuseCommand(std::string(key) + ": expected true or false");
 }
 
-RenderCommand ReadRender(const Json& command) {
+RenderCommand ReadRender(const CommandJson& command) {
   if (const auto mode = ParseRenderMode(command.value("mode", ""))) return {*mode};
   RefuseCommand("mode: expected local, interpolate, hold");
 }
 
-ReplayCommand ReadReplay(const Json& command) {
+ReplayCommand ReadReplay(const CommandJson& command) {
   ReplayCommand replay;
   if (command.contains("playing")) replay.playing = Flag(command, "playing");
   replay.speed = Positive(command, "speed");
@@ -68,7 +68,7 @@ ReplayCommand ReadReplay(const Json& command) {
   return replay;
 }
 
-ModelCommand ReadModel(const Json& command) {
+ModelCommand ReadModel(const CommandJson& command) {
   ModelCommand model{command.value("kind", "")};
   const bool is_name = std::all_of(model.kind.begin(), model.kind.end(), [](char c) {
     return (c >= 'a' && c <= 'z') || (c >= '0' && c <= '9') || c == '-';
@@ -79,7 +79,7 @@ ModelCommand ReadModel(const Json& command) {
   return model;
 }
 
-PageCommand ReadObject(const Json& command) {
+PageCommand ReadObject(const CommandJson& command) {
   const std::string what = command.value("do", "");
   if (what == "stop") return StopCommand{};
   if (what == "reset") return ResetCommand{};
@@ -108,11 +108,11 @@ PageCommand ReadObject(const Json& command) {
 
 PageCommand ReadPageCommand(std::string_view message) {
   if (message.size() > kMaxCommandBytes) RefuseCommand("expected at most 1024 bytes");
-  const Json command = Json::parse(message, nullptr, false);
+  const CommandJson command = CommandJson::parse(message, nullptr, false);
   if (!command.is_object()) RefuseCommand("expected a JSON object");
   try {
     return ReadObject(command);
-  } catch (const Json::exception&) {  // a value of another type
+  } catch (const CommandJson::exception&) {  // a value of another type
     RefuseCommand("a value is of another type than accepted");
   }
 }

@@ -10,7 +10,7 @@ namespace palpate {
 namespace {
 
 // Points of a fit [-]. [derived: four unknowns, and two to spare]
-constexpr int kMinPoints = 6;
+constexpr int kMinShapePoints = 6;
 // Smallest deviation that differs from noise [sigma]. [tuned: flat_at_rest_test]
 constexpr double kSigmas = 4;
 
@@ -37,7 +37,7 @@ RestShape RestShapeOf(const std::vector<SurfacePoint>& points_O, double radius) 
     variance += point.covariance(2, 2);
     ++shape.points;
   }
-  if (shape.points < kMinPoints) return {};
+  if (shape.points < kMinShapePoints) return {};
   const Eigen::Matrix4d inverse = (normal + 1e-9 * Eigen::Matrix4d::Identity()).inverse();
   const Eigen::Matrix3d plane = normal.bottomRightCorner<3, 3>();
   const double flat = slope.tail<3>().dot(plane.ldlt().solve(slope.tail<3>()));

@@ -14,7 +14,7 @@ namespace palpate {
 namespace {
 
 // Smallest number of points that determine a motion [-]. [derived: two for each unknown]
-constexpr int kMinPoints = 8;
+constexpr int kMinMotionPoints = 8;
 // Weight of earlier pairs after each pair in the estimate of the lag [-]. [tuned: epipolar_test,
 // images of different instants]
 constexpr double kRemembered = 0.97;
@@ -117,7 +117,7 @@ void EpipolarCheck::Examine(const PointsSample& sample, Findings* findings) noex
       square += row.rest_square - row.rest_miss * row.rest_miss / row.rest_count;
       degrees += row.rest_count - 1;
     }
-    if (degrees >= kMinPoints) {
+    if (degrees >= kMinMotionPoints) {
       scatter_at_rest_ = std::sqrt(square / degrees);
       noise_at_rest_ = std::max(1.0, scatter_at_rest_);
     }
@@ -170,7 +170,7 @@ bool EpipolarCheck::ExplainByMotion() noexcept {
       slope += row.motions * (row.miss / row.sigma);
       ++count_;
     }
-    if (count_ < kMinPoints) return false;
+    if (count_ < kMinMotionPoints) return false;
     motion_ = normal_.ldlt().solve(slope);
     if (round == 0) DropOutliers();
   }
@@ -252,7 +252,7 @@ void EpipolarCheck::CheckRest(const SurfaceObservation& seen, Findings* findings
     square += rest * rest;
     ++count;
   }
-  if (count < kMinPoints) return;
+  if (count < kMinMotionPoints) return;
   const double explained = slope.dot(normal.ldlt().solve(slope));
   const double scatter = (square - explained) / (count - kMotions);
   const double most = max_at_rest_ + 2 * rig_.rms_px;

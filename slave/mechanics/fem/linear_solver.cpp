@@ -24,7 +24,7 @@ constexpr double kFactorSpeed = 4;
 constexpr double kLateSpeed = 600;
 // Relative rounding error of a residual [-]: a smaller residual may be inconsistent with the
 // constraints, and iterating on it would spoil the answer.
-constexpr double kRounding = 2e-15;
+constexpr double kResidualRounding = 2e-15;
 constexpr double kTiny = 1e-300;
 // Smallest target, relative to the right-hand side, that single precision can reach: its rounding
 // leaves 1e-6 [-].
@@ -59,7 +59,7 @@ void SolveWith(SparseLdlt<Scalar>& factor, const NodeVector& r, NodeVector& z,
 }
 
 // Smallest remaining share of a direction's square after orthogonalisation.
-constexpr double kIndependent = 1e-8;
+constexpr double kIndependentDirection = 1e-8;
 
 }  // namespace
 
@@ -319,7 +319,7 @@ SolveOutcome LinearSolver::Iterate(const BlockMatrix& A, const Constraints& cons
   SolveOutcome outcome;
   const int most = MaxIterations();
   double best = Norm(r);
-  const double reachable = std::max(target, kRounding * best);
+  const double reachable = std::max(target, kResidualRounding * best);
   int best_at = 0;
   double rho = 0;
   for (; outcome.iterations < most; ++outcome.iterations) {
@@ -430,7 +430,7 @@ void SolutionHistory::Improve(NodeVector& r, NodeVector& x) noexcept {
       Add(-share, products_[at], product);
     }
     const double square = Dot(d, product);
-    if (!(square > kIndependent * before)) continue;
+    if (!(square > kIndependentDirection * before)) continue;
     const double amount = Dot(d, r) / square;
     Add(amount, d, x);
     Add(-amount, product, r);

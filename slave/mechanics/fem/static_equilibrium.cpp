@@ -23,7 +23,7 @@ constexpr double kLinearShare = 0.5;  // of the residual aimed at, left by a lin
 constexpr double kForSteps = 0.6;     // share of the deadline for steps; the rest is for the error
 // Smallest share of a motion's square that is independent of newer motions, else it adds no
 // direction [-].
-constexpr double kIndependent = 1e-2;
+constexpr double kIndependentMotion = 1e-2;
 constexpr double kMaxAhead = 3;  // largest factor of an earlier motion in the prediction [-]
 // Residual that indicates the end of a contact, relative to the largest one of an equilibrium [-].
 constexpr double kLetGo = 2;
@@ -37,7 +37,7 @@ constexpr double kByContact = 2;
 // Reduction of the residual for which the tangent of the previous step is sufficient. It reduces
 // the residual by a factor of 3 to 10 if that step was predicted [-]. [measured: bench_organ]
 constexpr double kBySameTangent = 3;
-constexpr double kRounding = 4e-16;  // of the diagonal's forces
+constexpr double kForceRounding = 4e-16;  // of the diagonal's forces
 constexpr double kStalled = 0.5;
 
 // Rounding error of forces that cancel in exact arithmetic.
@@ -50,7 +50,7 @@ double RoundingFloor(const BlockMatrix& A, const NodeVector& u) {
       square += force * force;
     }
   }
-  return kRounding * std::sqrt(square);
+  return kForceRounding * std::sqrt(square);
 }
 
 }  // namespace
@@ -213,7 +213,7 @@ void StaticEquilibrium::Predict(const Constraints& constraints) noexcept {
       Add(-share, newer.body, motion.body);
     }
     const double square = Dot(motion.contacts, motion.contacts);
-    motion.is_independent = square > kIndependent * motion.square;
+    motion.is_independent = square > kIndependentMotion * motion.square;
     const double amount = Dot(motion.contacts, lift_) / square;
     if (!motion.is_independent || !(std::abs(amount) <= kMaxAhead)) continue;
     Add(-amount, motion.contacts, lift_);

@@ -9,8 +9,8 @@ namespace palpate::fem {
 
 namespace {
 
-constexpr double kGain = 1e-6;       // tolerance relative to the exchanged energies
-constexpr double kRounding = 1e-14;  // of the forces that cancel
+constexpr double kGain = 1e-6;              // tolerance relative to the exchanged energies
+constexpr double kBalanceRounding = 1e-14;  // of the forces that cancel
 
 // Computes reaction = A dv - b and r = P^T (b - A dv), which is the negative reaction at free
 // nodes.
@@ -130,7 +130,7 @@ bool TimeStepper::Solve(const Constraints& constraints) noexcept {
   dv_ = x_;
   if (lifted > 0) Add(1, lift_, dv_);
   LinearReaction(tangent_, constraints, dv_, b_, r_, reaction_);
-  return outcome.converged || Norm(r_) <= kRounding * Norm(b_);
+  return outcome.converged || Norm(r_) <= kBalanceRounding * Norm(b_);
 }
 
 // v = v_0 + dv, u = u_0 + h v.

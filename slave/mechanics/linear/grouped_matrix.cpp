@@ -84,7 +84,8 @@ float* Numbers(GroupedMatrix::Vector* x) {
   return reinterpret_cast<float*>(x->data());
 }
 
-PALPATE_DISPATCHED void Forward(Kept A, const Float16* free, float* r, float* z, Float16* left) {
+PALPATE_DISPATCHED void ForwardGroups(Kept A, const Float16* free, float* r, float* z,
+                                      Float16* left) {
   for (int g = 0; g < A.groups; ++g) {
     const Float16 of = *reinterpret_cast<const Float16*>(r + 16 * static_cast<std::ptrdiff_t>(g));
     const Float16 zg = Times(A.inverse[g], of);
@@ -98,7 +99,7 @@ PALPATE_DISPATCHED void Lower(Kept A, const Float16* x, float* y) {
   for (int g = 0; g < A.groups; ++g) AddTransposed(A, g, -x[g], y);
 }
 
-PALPATE_DISPATCHED void Backward(Kept A, const Float16* r, float* z, float* y) {
+PALPATE_DISPATCHED void BackwardGroups(Kept A, const Float16* r, float* z, float* y) {
   for (int g = A.groups - 1; g >= 0; --g) {
     auto* at = reinterpret_cast<Float16*>(z + 16 * static_cast<std::ptrdiff_t>(g));
     const Float16 before = *at;
@@ -244,9 +245,9 @@ void GroupedMatrix::Restrict(Vector* x) const noexcept {
 }
 
 void GroupedMatrix::SweepForward(Vector* r, Vector* z, Vector* left) const noexcept {
-  Forward({begin_.data(), column_.data(), values_.data(), inverse_.data(),
-           static_cast<int>(inverse_.size())},
-          free_.data(), Numbers(r), Numbers(z), left->data());
+  ForwardGroups({begin_.data(), column_.data(), values_.data(), inverse_.data(),
+                 static_cast<int>(inverse_.size())},
+                free_.data(), Numbers(r), Numbers(z), left->data());
 }
 
 void GroupedMatrix::SubtractLower(const Vector& x, Vector* y) const noexcept {
@@ -256,9 +257,9 @@ void GroupedMatrix::SubtractLower(const Vector& x, Vector* y) const noexcept {
 }
 
 void GroupedMatrix::SweepBackward(const Vector& r, Vector* z, Vector* y) const noexcept {
-  Backward({begin_.data(), column_.data(), values_.data(), inverse_.data(),
-            static_cast<int>(inverse_.size())},
-           r.data(), Numbers(z), Numbers(y));
+  BackwardGroups({begin_.data(), column_.data(), values_.data(), inverse_.data(),
+                  static_cast<int>(inverse_.size())},
+                 r.data(), Numbers(z), Numbers(y));
 }
 
 std::size_t GroupedMatrix::memory_bytes() const {

@@ -17,7 +17,7 @@ constexpr int kWidth = 6;  // columns at a time
 
 // Loads from an address of any alignment.
 template <typename Line, typename Scalar>
-PALPATE_INLINE Line Load(const Scalar* p) {
+PALPATE_INLINE Line LoadLine(const Scalar* p) {
   Line line;
   __builtin_memcpy(&line, p, sizeof(Line));
   return line;
@@ -29,9 +29,9 @@ PALPATE_INLINE int Subtract(const Scalar* a, int stride, int i, int rows, const 
                             Scalar* y) {
   constexpr int kLine = sizeof(Line) / sizeof(Scalar);
   for (; i + kLine <= rows; i += kLine) {
-    auto sum = Load<Line>(y + i);
+    auto sum = LoadLine<Line>(y + i);
     for (int c = 0; c < columns; ++c) {
-      sum -= Load<Line>(a + i + static_cast<std::ptrdiff_t>(c) * stride) * x[c];
+      sum -= LoadLine<Line>(a + i + static_cast<std::ptrdiff_t>(c) * stride) * x[c];
     }
     __builtin_memcpy(y + i, &sum, sizeof(Line));
   }
@@ -44,9 +44,9 @@ PALPATE_INLINE int AddProducts(const Scalar* a, int stride, int i, int rows, con
                                Line* sums) {
   constexpr int kLine = sizeof(Line) / sizeof(Scalar);
   for (; i + kLine <= rows; i += kLine) {
-    const auto at = Load<Line>(y + i);
+    const auto at = LoadLine<Line>(y + i);
     for (int c = 0; c < columns; ++c) {
-      sums[c] += Load<Line>(a + i + static_cast<std::ptrdiff_t>(c) * stride) * at;
+      sums[c] += LoadLine<Line>(a + i + static_cast<std::ptrdiff_t>(c) * stride) * at;
     }
   }
   return i;

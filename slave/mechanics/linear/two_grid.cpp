@@ -110,7 +110,7 @@ PALPATE_INLINE double SumOf(const Float16& x) {
   return sum;
 }
 
-PALPATE_DISPATCHED double DotOf(const Float16* a, const Float16* b, std::size_t count) {
+PALPATE_DISPATCHED double HalfDotOf(const Float16* a, const Float16* b, std::size_t count) {
   Float16 even{}, odd{};
   std::size_t g = 0;
   for (; g + 2 <= count; g += 2) even += a[g] * b[g], odd += a[g + 1] * b[g + 1];
@@ -485,7 +485,7 @@ void TwoGrid::Begin(const NodeVector& r) noexcept {
 double TwoGrid::Iterate() noexcept {
   Cycle();
   fine_.Restrict(&product_);
-  const double rho = DotOf(r_.data(), z_.data(), r_.size());
+  const double rho = HalfDotOf(r_.data(), z_.data(), r_.size());
   if (!(rho > 0)) return rho;
   const double curvature =
       NextDirection(z_.data(), product_.data(), rho_ > 0 ? static_cast<float>(rho / rho_) : 0,

@@ -9,11 +9,10 @@
 namespace palpate::plate {
 namespace {
 
-constexpr double kSlack = 1e-9;    // of the radius: places on the disc's surface and rim
-constexpr double kAbsurd = 1e6;    // radii
-constexpr double kRim = 1e-6;      // smallest distance of moved points from the rim [radii]
-constexpr double kPoint = 1e-4;    // smallest radius of a face with a rim [radii]
-constexpr double kNearest = 1e-7;  // moved points closer than this are identical [radii]
+constexpr double kSlack = 1e-9;           // of the radius: places on the disc's surface and rim
+constexpr double kMinRimDistance = 1e-6;  // smallest distance of moved points from the rim [radii]
+constexpr double kPoint = 1e-4;           // smallest radius of a face with a rim [radii]
+constexpr double kSamePoint = 1e-7;       // moved points closer than this are identical [radii]
 
 std::string_view WhyNot(const Contact& contact, const Geometry& geometry) {
   const bool moved = contact.kind == Contact::Kind::kDisplacement;
@@ -35,7 +34,7 @@ std::string_view WhyNot(const Contact& contact, const Geometry& geometry) {
   const double r = contact.p_O.head<2>().stableNorm() / a;
   if (!(r <= 1 + kSlack)) return "a contact point is off the plate: beyond the rim";
   if (!(r + contact.width / 2 / a <= 1 + kSlack)) return "a contact reaches over the rim";
-  if (moved && r > 1 - kRim) return "a point on the clamped rim cannot be displaced";
+  if (moved && r > 1 - kMinRimDistance) return "a point on the clamped rim cannot be displaced";
   return {};
 }
 
@@ -44,7 +43,7 @@ std::string_view WhyNot(const Contact& contact, const Geometry& geometry) {
 bool Clash(const Touch& a, const Touch& b) {
   if (!a.is_sought() && !b.is_sought()) return false;
   const double gap = (a.disc.centre - b.disc.centre).norm() - a.disc.radius - b.disc.radius;
-  return gap < (a.disc.radius + b.disc.radius > 0 ? -kSlack : kNearest);
+  return gap < (a.disc.radius + b.disc.radius > 0 ? -kSlack : kSamePoint);
 }
 
 }  // namespace

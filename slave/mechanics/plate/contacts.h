@@ -18,6 +18,9 @@ struct Geometry {
   double thickness = 0;  // t [m]
 };
 
+// Deflections beyond it are no answer [radii].
+inline constexpr double kAbsurd = 1e6;
+
 // One contact; deflections and forces are positive along -z.
 struct Touch {
   Contact::Kind kind = Contact::Kind::kDisplacement;

@@ -16,8 +16,7 @@ namespace {
 
 using Eigen::Index;
 
-constexpr int kIterations = 30;
-constexpr double kConverged = 1e-7;  // last relative step; convergence is quadratic
+constexpr int kMaxModalSteps = 30;
 // Resolution below which short waves are ignored, as at the rim.
 constexpr double kNoShortWaves = 1e-12;
 
@@ -125,7 +124,7 @@ bool ModalPlate::Solve(std::span<const double> values) noexcept {
 
 bool ModalPlate::Newton(double share) noexcept {
   AddForces(share);
-  for (int iteration = 0; iteration < kIterations; ++iteration) {
+  for (int iteration = 0; iteration < kMaxModalSteps; ++iteration) {
     if (!Linearise()) return false;
     Comply();
     // Computes first the amplitudes for unchanged unknown forces.

@@ -6,7 +6,7 @@
 namespace palpate::plate {
 namespace {
 
-constexpr double kNearest = 1e-3;  // smallest distance from the rim that is used
+constexpr double kNearestRim = 1e-3;  // smallest distance from the rim that is used
 constexpr double kShear = 7.2;
 
 double Steep(double slenderness) {
@@ -14,7 +14,7 @@ double Steep(double slenderness) {
 }
 
 double InsideRim(double place) {
-  return std::max(kNearest, 1 - place * place);
+  return std::max(kNearestRim, 1 - place * place);
 }
 
 }  // namespace

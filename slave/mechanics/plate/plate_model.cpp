@@ -11,8 +11,6 @@ using Eigen::Index;
 using Eigen::Vector2d;
 using plate::Touch;
 
-constexpr double kAbsurd = 1e6;  // radii
-
 PlateModel::Params Checked(const PlateModel::Params& params) {
   plate::RequirePlate({params.radius, params.thickness}, params.young_modulus,
                       params.poisson_ratio);

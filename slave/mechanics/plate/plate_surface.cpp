@@ -10,7 +10,7 @@
 namespace palpate {
 namespace {
 
-constexpr int kRings = 24;
+constexpr int kMeshRings = 24;
 
 int FirstOf(int ring) {
   return ring == 0 ? 0 : 1 + 3 * ring * (ring - 1);
@@ -38,8 +38,8 @@ void AppendSector(int ring, int sector, SurfaceMesh* grid) {
 SurfaceMesh MembraneGrid(double radius) {
   SurfaceMesh grid;
   grid.nodes.emplace_back(0, 0, 0);
-  for (int ring = 1; ring <= kRings; ++ring) {
-    const double r = radius * ring / kRings;
+  for (int ring = 1; ring <= kMeshRings; ++ring) {
+    const double r = radius * ring / kMeshRings;
     for (int place = 0; place < 6 * ring; ++place) {
       const double angle = std::numbers::pi * place / (3 * ring);
       grid.nodes.emplace_back(r * std::cos(angle), r * std::sin(angle), 0);

@@ -10,8 +10,7 @@ namespace {
 constexpr int kDegree = 8;
 constexpr int kNodes = kDegree + 1;   // per element
 constexpr int kPoints = kDegree + 3;  // of the rule
-constexpr double kConverged = 1e-7;   // last relative step; convergence is quadratic
-constexpr int kIterations = 40;
+constexpr int kMaxPressSteps = 40;
 
 // Ends of the elements under a point load: graded by a factor of about five towards the singular
 // slope r ln r at the centre and the boundary layer at the rim, which is 0.3 t / w thick.
@@ -168,7 +167,7 @@ bool RoundPress::Newton(const Goal& goal) noexcept {
   const auto odd = [count](Eigen::VectorXd& both) {
     return Eigen::Map<Eigen::VectorXd, 0, Eigen::InnerStride<2>>(both.data(), count);
   };
-  for (int iteration = 0; iteration < kIterations; ++iteration) {
+  for (int iteration = 0; iteration < kMaxPressSteps; ++iteration) {
     if (!Tangent()) return false;
     step_.setZero();
     by_load_.setZero();

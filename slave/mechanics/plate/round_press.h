@@ -27,6 +27,9 @@
 
 namespace palpate::plate {
 
+// Last relative step of a solution; convergence is quadratic.
+inline constexpr double kConverged = 1e-7;
+
 // Returns the largest absolute entry; NaN if there is one. Unlike a sum of squares it does not
 // underflow for entries below 1e-154.
 template <typename Vector>

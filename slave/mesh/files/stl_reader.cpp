@@ -11,7 +11,7 @@
 namespace palpate {
 namespace {
 
-constexpr std::size_t kHeader = 80, kTriangle = 50;
+constexpr std::size_t kHeaderSize = 80, kFacetSize = 50;
 constexpr double kRounding = 2e-7;  // of the largest coordinate: two steps of a float
 constexpr CellKind kKind{0, 3, CellKind::Use::kTriangle, "triangle"};
 
@@ -19,19 +19,19 @@ using Corners = std::vector<Eigen::Vector3d>;  // three per triangle
 
 // Some binary headers also begin with `solid`, but the count after them contains a zero byte.
 bool IsText(std::string_view text) {
-  const std::string_view begin = text.substr(0, 2 * kHeader);
+  const std::string_view begin = text.substr(0, 2 * kHeaderSize);
   return Trimmed(text).empty() || (Lowercase(Trimmed(begin)).starts_with("solid") &&
                                    begin.find('\0') == std::string_view::npos);
 }
 
 Corners ReadBinary(FileCursor* cursor) {
-  cursor->Seek(kHeader);
+  cursor->Seek(kHeaderSize);
   cursor->set_form(NumberForm::kLittleEndian);
-  const std::size_t count = cursor->Count<std::uint32_t>("count of triangles", kTriangle);
-  const std::size_t tail = cursor->rest().size() - kTriangle * count;
-  if (tail >= kTriangle) {
+  const std::size_t count = cursor->Count<std::uint32_t>("count of triangles", kFacetSize);
+  const std::size_t tail = cursor->rest().size() - kFacetSize * count;
+  if (tail >= kFacetSize) {
     cursor->Refuse("count of triangles " + std::to_string(count),
-                   std::to_string(count + tail / kTriangle) + ", as the length of the file says");
+                   std::to_string(count + tail / kFacetSize) + ", as the length of the file says");
   }
   Corners corners;
   corners.reserve(3 * count);
@@ -39,7 +39,7 @@ Corners ReadBinary(FileCursor* cursor) {
     const std::size_t begin = cursor->position();
     cursor->Seek(begin + 12);  // after the normal, which also follows from the order of the corners
     for (int i = 0; i < 3; ++i) corners.push_back(cursor->Point<float>());
-    cursor->Seek(begin + kTriangle);
+    cursor->Seek(begin + kFacetSize);
   }
   return corners;
 }

@@ -14,7 +14,7 @@ namespace {
 const cv::Scalar kEdgeColour(80, 200, 80), kWindowColour(220, 160, 60), kTipColour(60, 60, 240),
     kForceColour(40, 140, 255);
 
-cv::Point Round(const Eigen::Vector2d& p) {
+cv::Point NearestPixel(const Eigen::Vector2d& p) {
   return {static_cast<int>(std::lround(p.x())), static_cast<int>(std::lround(p.y()))};
 }
 
@@ -40,7 +40,7 @@ Eigen::Vector2d ForceArrow(const CameraView& view, const Eigen::Vector3d& p_S,
 cv::Mat Draw(const CameraOverlay& overlay, const cv::Mat& image) {
   cv::Mat drawn = ToColour(image);
   std::vector<cv::Point> edge;
-  for (const Eigen::Vector2d& p : overlay.edge_I) edge.push_back(Round(p));
+  for (const Eigen::Vector2d& p : overlay.edge_I) edge.push_back(NearestPixel(p));
   OnAnyImage(kEdgeColour, 1, [&](const cv::Scalar& colour, int thickness) {
     if (!edge.empty()) cv::polylines(drawn, edge, true, colour, thickness, cv::LINE_AA);
   });
@@ -49,7 +49,7 @@ cv::Mat Draw(const CameraOverlay& overlay, const cv::Mat& image) {
   });
   OnAnyImage(kTipColour, 1, [&](const cv::Scalar& colour, int thickness) {
     if (!overlay.tip.found) return;
-    cv::drawMarker(drawn, Round(overlay.tip.p_I), colour, cv::MARKER_CROSS, 13, thickness,
+    cv::drawMarker(drawn, NearestPixel(overlay.tip.p_I), colour, cv::MARKER_CROSS, 13, thickness,
                    cv::LINE_AA);
   });
   if (!overlay.force) {

@@ -24,7 +24,7 @@ constexpr double kResolved = 0.05;  // resolution of the tip [px]
 constexpr double kTryPeriod = 1;    // time between attempts to measure the baseline [s]
 constexpr int kTries = 10;          // attempts to measure the rest state
 
-std::unique_ptr<FrameSource> Open(const Scene& scene, const SenseInputs& inputs) {
+std::unique_ptr<FrameSource> OpenTappedImages(const Scene& scene, const SenseInputs& inputs) {
   if (inputs.player != nullptr) return Tapped(inputs.player->OpenFrames(), inputs.tap);
   const auto straighten = StraighteningOf(*scene.sense.Find<Camera>());
   if (inputs.open) return Tapped(inputs.open(straighten), inputs.tap);
@@ -95,7 +95,7 @@ class CameraOfflineReport final : public OfflineReport {
 
 CameraSense::CameraSense(const Scene& scene, const SenseInputs& inputs)
     : scene_(scene),
-      source_(Open(scene, inputs)),
+      source_(OpenTappedImages(scene, inputs)),
       next_(FirstImageOf(*source_)),
       pixel_(scene.sense.Find<Camera>()->pixel),
       plane_(scene.model.plane),

@@ -21,10 +21,10 @@ constexpr double kVouchedFor = 0.5;  // range relative to the larger side if the
 constexpr double kMinShare = 0.25;   // of the full depth: contact does not begin without stiffness
 constexpr double kOnSurface = 1e-6;  // of the radius
 // Relative error of the model: with small strain and coarse meshes tens of percent for foams.
-constexpr double kSpread = 0.3;
+constexpr double kFingerSpread = 0.3;
 // Time constant with which the stiffness follows the measured force [s]. [tuned:
 // TheRenderedForceBecomesTheOneEstimated]
-constexpr double kLearningTime = 0.05;
+constexpr double kFingerLearningTime = 0.05;
 // Time constant of the force's inclination at full depth; at smaller depths the weight is smaller
 // [s]. [tuned: TheRenderedForceLeansAsTheOneEstimated]
 constexpr double kLeanTime = 0.2;
@@ -46,7 +46,8 @@ FingerLocalModel::FingerLocalModel(const Scene& scene)
                        ? scene.sense.Find<Tactile>()->patch / 2
                        : DiscOfSphere(radius_, scene.operator_options.press_depth)),
       full_depth_(scene.operator_options.press_depth),
-      scale_(full_depth_, LearningRate(kLearningTime, scene.sense.Find<Tactile>()->rate), kSpread),
+      scale_(full_depth_, LearningRate(kFingerLearningTime, scene.sense.Find<Tactile>()->rate),
+             kFingerSpread),
       lean_rate_(LearningRate(kLeanTime, scene.sense.Find<Tactile>()->rate)) {}
 
 void FingerLocalModel::Update(TactileBody& body, const Isometry3d& X_SO, const Isometry3d& X_SF,

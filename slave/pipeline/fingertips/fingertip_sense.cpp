@@ -90,7 +90,7 @@ class FingertipOfflineReport final : public OfflineReport {
 
 constexpr double kPoseResolution = 10e-6;  // of the measured position of a fingertip [m]
 
-std::unique_ptr<TactileSource> OpenSource(const Scene& scene, const SenseInputs& inputs) {
+std::unique_ptr<TactileSource> OpenFingerSource(const Scene& scene, const SenseInputs& inputs) {
   if (inputs.player != nullptr) return inputs.player->OpenFingertips();
   if (scene.sense.Find<Tactile>()->source == Tactile::Source::kRecording) {
     return OpenTactileRecording(scene);
@@ -98,8 +98,8 @@ std::unique_ptr<TactileSource> OpenSource(const Scene& scene, const SenseInputs&
   return std::make_unique<TactileInbox>(*scene.sense.Find<Tactile>());
 }
 
-std::unique_ptr<TactileSource> Open(const Scene& scene, const SenseInputs& inputs) {
-  return Tapped(OpenSource(scene, inputs), inputs.tap);
+std::unique_ptr<TactileSource> OpenTappedFingers(const Scene& scene, const SenseInputs& inputs) {
+  return Tapped(OpenFingerSource(scene, inputs), inputs.tap);
 }
 
 }  // namespace
@@ -109,7 +109,7 @@ std::unique_ptr<OfflineReport> FingertipSense::OpenOfflineReport(const GroundTru
 }
 
 FingertipSense::FingertipSense(const Scene& scene, const SenseInputs& inputs)
-    : FingertipSense(scene, Open(scene, inputs), LoadSenses(scene)) {}
+    : FingertipSense(scene, OpenTappedFingers(scene, inputs), LoadSenses(scene)) {}
 
 FingertipSense::FingertipSense(const Scene& scene, std::unique_ptr<TactileSource> source,
                                TactileSenses senses)

@@ -8,9 +8,9 @@ namespace {
 
 // Variance of positions below which a slope gives no information [m^2].
 constexpr double kVariance = 1e-8;
-constexpr double kSoftest = 300;    // stiffness before any estimate [N/m]
-constexpr double kStiffest = 5000;  // [N/m]
-constexpr double kMinForce = 1e-9;  // [N]
+constexpr double kSoftestObject = 300;    // stiffness before any estimate [N/m]
+constexpr double kStiffestObject = 5000;  // [N/m]
+constexpr double kMinForce = 1e-9;        // [N]
 
 }  // namespace
 
@@ -21,11 +21,11 @@ ForceLaw::ForceLaw(double depth, double period)
       forget_line_(std::exp(-period / kLineMemory)) {}
 
 double ForceLaw::Line::slope() const noexcept {
-  if (!(n > 0)) return kSoftest;
+  if (!(n > 0)) return kSoftestObject;
   const double spread = std::max(0.0, xx / n - x * x / n / n);
   const double covariance = xf / n - x * f / n / n;
-  return std::clamp((covariance + kSoftest * kVariance) / (spread + kVariance), kSoftest,
-                    kStiffest);
+  return std::clamp((covariance + kSoftestObject * kVariance) / (spread + kVariance),
+                    kSoftestObject, kStiffestObject);
 }
 
 void ForceLaw::AddSample(const Eigen::Vector3d& p_S, const Eigen::Vector3d& force_S,

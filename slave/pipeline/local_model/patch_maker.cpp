@@ -17,20 +17,20 @@ using Eigen::Isometry3d;
 using Eigen::Matrix3d;
 using Eigen::Vector3d;
 
-constexpr double kStiffest = 1e12;  // [N/m]
-constexpr double kSoftest = 1e-5;   // stiffness of a direction without resistance [N/m]
-constexpr int kOwnNodes = 16;       // number of nodes next to the place
+constexpr double kMaxStiffness = 1e12;   // [N/m]
+constexpr double kFreeStiffness = 1e-5;  // stiffness of a direction without resistance [N/m]
+constexpr int kOwnNodes = 16;            // number of nodes next to the place
 
 // Sets the compliance of a node of stiffness `K` in the patch's directions [m/N]; false: unknown.
 bool SetNode(const Matrix3d& K, const Vector3d& n, int node, SurfacePatch* patch) {
   const double along = n.dot(K * n);
-  if (!(along > kSoftest) || !(along < kStiffest) || !K.allFinite()) return false;
+  if (!(along > kFreeStiffness) || !(along < kMaxStiffness) || !K.allFinite()) return false;
   if (patch->directions == 1) {
     patch->compliance(node, node) = static_cast<float>(1 / along);
     return true;
   }
   // A planar object has no stiffness normal to its plane.
-  const Matrix3d symmetric = 0.5 * (K + K.transpose()) + kSoftest * Matrix3d::Identity();
+  const Matrix3d symmetric = 0.5 * (K + K.transpose()) + kFreeStiffness * Matrix3d::Identity();
   const Matrix3d C = symmetric.inverse();
   if (!C.allFinite()) return false;
   patch->compliance.block<3, 3>(3 * node, 3 * node) = C.cast<float>();
@@ -77,7 +77,7 @@ void AddLine(int from, int to, SurfacePatch* patch) {
                                               static_cast<std::uint8_t>(to), 0};
 }
 
-Vector3d Planar(const Eigen::Vector2d& v) {
+Vector3d InPlane(const Eigen::Vector2d& v) {
   return {v.x(), v.y(), 0};
 }
 
@@ -166,18 +166,18 @@ bool FillPatch(const BoundaryMesh& mesh, int element, const Isometry3d& X_SO, bo
   Begin(frictionless, count, patch);
   int at = element;
   for (int i = 0; i < count / 2; ++i) at = mesh.Previous(at);
-  const int first = AddVertex(X_SO * Planar(mesh.elements[Index(at)].a), 0, patch);
+  const int first = AddVertex(X_SO * InPlane(mesh.elements[Index(at)].a), 0, patch);
   int from = first;
   std::vector<char> known;
   std::vector<Vector3d> places;
   for (int node = 0; node < count; ++node, at = mesh.Next(at)) {
     const BoundaryElement& e = mesh.elements[Index(at)];
-    const Vector3d n_S = X_SO.linear() * Planar(e.normal());
-    known.push_back(SetNode(stiffness(Planar(e.midpoint()), at, n_S), n_S, node, patch) ? 1 : 0);
-    places.push_back(Planar(e.midpoint()));
-    const int middle = AddVertex(X_SO * Planar(e.midpoint()), node, patch);
+    const Vector3d n_S = X_SO.linear() * InPlane(e.normal());
+    known.push_back(SetNode(stiffness(InPlane(e.midpoint()), at, n_S), n_S, node, patch) ? 1 : 0);
+    places.push_back(InPlane(e.midpoint()));
+    const int middle = AddVertex(X_SO * InPlane(e.midpoint()), node, patch);
     const bool closes = node + 1 == loop;
-    const int to = closes ? first : AddVertex(X_SO * Planar(e.b), node, patch);
+    const int to = closes ? first : AddVertex(X_SO * InPlane(e.b), node, patch);
     AddLine(from, middle, patch);
     AddLine(middle, to, patch);
     from = to;

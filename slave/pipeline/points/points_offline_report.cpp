@@ -24,7 +24,7 @@ nlohmann::ordered_json ErrorJson(const ErrorOfPoints& error) {
   return {{"rms_m", error.rms()}, {"peak_m", error.peak()}, {"count", error.count()}};
 }
 
-void AddLine(const ErrorOfPoints& error, const char* what, std::vector<std::string>* lines) {
+void AddErrorLine(const ErrorOfPoints& error, const char* what, std::vector<std::string>* lines) {
   if (error.count() == 0) return;
   lines->push_back(fmt::format("{}: rms {:.3f} mm, largest {:.3f} mm, over {} points", what,
                                1e3 * error.rms(), 1e3 * error.peak(), error.count()));
@@ -69,8 +69,8 @@ class Comparison {
     (*json)["steps"] = ToJson(steps_.steps());
   }
   void AppendLines(std::vector<std::string>* lines) const {
-    AddLine(displacement_, "error of the points' displacements", lines);
-    AddLine(place_, "error of the points' positions since the first pair", lines);
+    AddErrorLine(displacement_, "error of the points' displacements", lines);
+    AddErrorLine(place_, "error of the points' positions since the first pair", lines);
     AddLines(steps_.steps(), lines);
   }
 

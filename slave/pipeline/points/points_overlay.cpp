@@ -19,7 +19,7 @@ const cv::Scalar kSeenColour(80, 200, 80), kLostColour(60, 60, 240), kLoadColour
 constexpr double kRing = 0.1, kMaxShare = 1.5, kShortStep = 1e-3;
 
 // Limits points far outside to coordinates that can be drawn and are still outside.
-cv::Point Round(const Eigen::Vector2d& p) {
+cv::Point NearestDrawable(const Eigen::Vector2d& p) {
   const Eigen::Vector2d near = p.cwiseMax(-1e4).cwiseMin(1e4);
   return {static_cast<int>(std::lround(near.x())), static_cast<int>(std::lround(near.y()))};
 }
@@ -84,7 +84,7 @@ cv::Mat DrawPoints(const cv::Mat& image, const PointsOverlay& overlay, double fu
   cv::cvtColor(AsImage(image), drawn, cv::COLOR_GRAY2BGR);
   const int radius = std::max(2, static_cast<int>(std::lround(overlay.radius_px)));
   for (const Eigen::Vector2d& p : overlay.seen_I) {
-    const cv::Point centre = Round(p);
+    const cv::Point centre = NearestDrawable(p);
     OnAnyImage(kSeenColour, 1, [&](const cv::Scalar& colour, int thickness) {
       if (overlay.windows) {
         cv::rectangle(drawn, centre - cv::Point(radius, radius), centre + cv::Point(radius, radius),
@@ -97,14 +97,14 @@ cv::Mat DrawPoints(const cv::Mat& image, const PointsOverlay& overlay, double fu
   }
   for (const Eigen::Vector2d& p : overlay.lost_I) {
     OnAnyImage(kLostColour, 1, [&](const cv::Scalar& colour, int thickness) {
-      cv::drawMarker(drawn, Round(p), colour, cv::MARKER_TILTED_CROSS, 2 * radius, thickness,
-                     cv::LINE_AA);
+      cv::drawMarker(drawn, NearestDrawable(p), colour, cv::MARKER_TILTED_CROSS, 2 * radius,
+                     thickness, cv::LINE_AA);
     });
   }
   if (overlay.place_I) {
     const double share = ShareOf(overlay, full_scale);
     const double sigma_share = share > 0 ? share * overlay.sigma / *overlay.force : 0;
-    const cv::Point place = Round(*overlay.place_I);
+    const cv::Point place = NearestDrawable(*overlay.place_I);
     const auto ring = [&](double of_force, const cv::Scalar& colour, int thickness) {
       const int radius = static_cast<int>(std::lround(kRing * image.rows * of_force));
       if (radius > 1) cv::circle(drawn, place, radius, colour, thickness, cv::LINE_AA);

@@ -16,14 +16,14 @@
 namespace palpate {
 namespace {
 
-std::unique_ptr<StereoSource> OpenSource(const Scene& scene, const SenseInputs& inputs) {
+std::unique_ptr<StereoSource> OpenPairSource(const Scene& scene, const SenseInputs& inputs) {
   if (inputs.player != nullptr) return inputs.player->OpenPairs();
   if (inputs.images != nullptr) return inputs.images->OpenPairs();
   return OpenStereo(scene);
 }
 
-std::unique_ptr<StereoSource> Open(const Scene& scene, const SenseInputs& inputs) {
-  return Tapped(OpenSource(scene, inputs), inputs.tap);
+std::unique_ptr<StereoSource> OpenTappedPairs(const Scene& scene, const SenseInputs& inputs) {
+  return Tapped(OpenPairSource(scene, inputs), inputs.tap);
 }
 
 // Returns the shape of an object that is tracked as a whole without a model: the surface of the
@@ -63,7 +63,7 @@ bool EstimatesForce(const Scene& scene) {
 }
 
 PointsSense::PointsSense(const Scene& scene, const SenseInputs& inputs)
-    : PointsSense(scene, Open(scene, inputs)) {}
+    : PointsSense(scene, OpenTappedPairs(scene, inputs)) {}
 
 PointsSense::PointsSense(const Scene& scene, std::unique_ptr<StereoSource> source)
     : scene_(scene),

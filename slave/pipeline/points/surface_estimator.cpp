@@ -22,9 +22,9 @@ using Eigen::Vector3d;
 constexpr double kDefaultRange = 0.5;
 // Spread of the ratio of estimated to modelled force before a contact [-]. [derived: at equal depth
 // the plate's force is high by up to 13 %, see PlateLoadIdentifier]
-constexpr double kSpread = 0.1;
+constexpr double kSurfaceSpread = 0.1;
 // Time in which the ratio is learnt [s]. [tuned: TheRenderedForceNeverJumps]
-constexpr double kLearningTime = 0.1;
+constexpr double kSurfaceLearningTime = 0.1;
 // Distance from the edge at which a tip counts as beside the surface, relative to the larger side
 // [-]. [tuned: surface_contact_test]
 constexpr double kBesideEdge = 1e-3;
@@ -37,7 +37,8 @@ SurfaceEstimator::SurfaceEstimator(const Scene& scene)
       full_depth_(scene.operator_options.press_depth),
       min_informative_depth_(kInformativeDepth * scene.operator_options.press_depth),
       stiffness_scale_(scene.operator_options.press_depth,
-                       LearningRate(kLearningTime, SensorRate(scene.sense)), kSpread) {
+                       LearningRate(kSurfaceLearningTime, SensorRate(scene.sense)),
+                       kSurfaceSpread) {
   Adopt(MakeLoadIdentifier(scene), scene);
 }
 

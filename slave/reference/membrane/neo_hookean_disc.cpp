@@ -17,7 +17,7 @@ using Eigen::Vector2d;
 using Eigen::VectorXd;
 
 // Growth of the element size per distance from regions of strong bending.
-constexpr double kGrowth = 0.45;
+constexpr double kRingGrowth = 0.45;
 
 // Divides [0, 1] into `count` intervals whose lengths are proportional to `size`.
 std::vector<double> Divide(int count, const std::function<double(double)>& size) {
@@ -138,7 +138,7 @@ void DiscMesh::PlaceCircles() {
   // Lengths over which the sheet bends.
   const double near = circles_.tool + thickness_, rim = 0.5 * thickness_;
   const auto outer = [&](double x) {
-    return std::min(near + kGrowth * 2 * gap * x, rim + kGrowth * 2 * gap * (1 - x));
+    return std::min(near + kRingGrowth * 2 * gap * x, rim + kRingGrowth * 2 * gap * (1 - x));
   };
   std::vector<double> ends;
   for (int i = 0; i < size_.inner_rings; ++i) {

@@ -14,7 +14,7 @@ namespace {
 
 constexpr double kPerWidth = 24;   // elements across the tool
 constexpr double kMaxEdge = 0.15;  // largest element far from the tool, relative to the larger side
-constexpr double kGrowth = 0.4;
+constexpr double kEdgeGrowth = 0.4;
 constexpr double kSupportEnd = 0.0005;
 // Element size at the ends of a straight face, relative to the face.
 constexpr double kFaceEnd = 0.01;
@@ -22,7 +22,7 @@ constexpr int kRounds = 100;
 
 // Returns uniform elements under the tool and small ones at the ends of supports.
 SizeField SizesUnder(const TaggedOutline& outline, double width, bool is_flat) {
-  SizeField sizes{kMaxEdge, kGrowth, {}};
+  SizeField sizes{kMaxEdge, kEdgeGrowth, {}};
   std::vector<int> tag_before(outline.points.size(), 0);
   for (const MeshSegment& s : outline.segments) tag_before[Index(s.b)] = s.tag;
   for (const MeshSegment& s : outline.segments) {

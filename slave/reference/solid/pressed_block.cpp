@@ -23,7 +23,7 @@ using Eigen::Vector3d;
 
 // Size of the first hexahedron at an end of the tool relative to the tool's smaller side, and
 // growth of the hexahedra. [tuned: pressed_block_test, within 2 %]
-constexpr double kFirst = 0.2, kGrowth = 2;
+constexpr double kFirstLayer = 0.2, kLayerGrowth = 2;
 constexpr double kMaxNu = 0.4999;  // elements with displacements only would lock beyond it
 // Excess width of the tool at each end, where the stress is singular, relative to the first
 // hexahedron. [measured: as above]
@@ -35,7 +35,7 @@ std::vector<double> Ends(double length, double low, double high, double first) {
   const auto grown = [&](double from, double to) {
     std::vector<double> ends;
     const double way = std::abs(to - from), side = to > from ? 1 : -1;
-    for (double at = first, h = first; at + 0.7 * h < way; h *= kGrowth, at += h) {
+    for (double at = first, h = first; at + 0.7 * h < way; h *= kLayerGrowth, at += h) {
       ends.push_back(from + side * at);
     }
     return ends;
@@ -294,7 +294,8 @@ PatchSolution SolveBlock(const TrueBody& body, double poisson_ratio, double thic
   const double length = sides.edge[0].length() / unit, depth = sides.edge[1].length() / unit;
   Tooling tooling{(begin + patch.first) / unit, (begin + patch.second) / unit, front / unit,
                   (front + std::min(*tool.depth, thickness)) / unit};
-  const double first = kFirst * std::min(tooling.high - tooling.low, tooling.back - tooling.front);
+  const double first =
+      kFirstLayer * std::min(tooling.high - tooling.low, tooling.back - tooling.front);
   Narrow(kExcess * first, length, &tooling.low, &tooling.high);
   Narrow(kExcess * first, thickness / unit, &tooling.front, &tooling.back);
   Grid grid;

@@ -18,7 +18,7 @@ namespace palpate {
 namespace {
 
 // Period at which a silent stream checks whether its reader is still there.
-constexpr std::chrono::milliseconds kPollPeriod(50);
+constexpr std::chrono::milliseconds kWatchPoll(50);
 constexpr std::chrono::milliseconds kPaceWait(5);  // pause until a stream tries again to send
 
 void RequireCamera(const Slave& slave) {
@@ -48,7 +48,7 @@ grpc::Status TeleoperationService::Watch(grpc::ServerContext* context, const Pre
   double bytes = 0;  // of the previous message
   while (!box->closed()) {
     if (context->IsCancelled()) return grpc::Status::CANCELLED;
-    const auto state = box->WaitNewest(kPollPeriod);
+    const auto state = box->WaitNewest(kWatchPoll);
     if (!state) continue;
     const Time now = Clock::now(), due = now + gap;
     if (pace != nullptr && !pace->Begin(bytes, now)) {

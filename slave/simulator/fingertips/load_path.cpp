@@ -73,9 +73,9 @@ constexpr std::size_t kMaxKept = 8;  // series
 // Depth steps beyond the first touch, in finger radii: at first they are close, because the force
 // grows as depth^1.5; then one every kEvery.
 constexpr std::array kFirstDepthSteps{0.02, 0.05, 0.09, 0.14, 0.20, 0.28, 0.38, 0.50};
-constexpr double kEvery = 0.14;    // radii
-constexpr int kMaxHalvings = 4;    // of a step that finds no equilibrium
-constexpr double kSameWay = 1e-6;  // depth steps closer than this are one [radii]
+constexpr double kEvery = 0.14;      // radii
+constexpr int kMaxStepHalvings = 4;  // of a step that finds no equilibrium
+constexpr double kSameWay = 1e-6;    // depth steps closer than this are one [radii]
 
 // Returns two unit vectors normal to `axis`.
 std::array<Vector3d, 2> Across(const Vector3d& axis) {
@@ -273,7 +273,7 @@ LoadPathCache::Step LoadPathCache::DepthSeries::SolveDepthStep() {
     grown->displacements_O.assign(mesh.nodes.size(), Eigen::Vector3f::Zero());
     return {nullptr, {}, grown};
   }
-  if (!Press(ways[depth_step - 1], grown->s, kMaxHalvings)) return {};
+  if (!Press(ways[depth_step - 1], grown->s, kMaxStepHalvings)) return {};
   for (std::size_t f = 0; f < object.hand().fingers.size(); ++f) {
     grown->touches[f] = body->TouchOf(static_cast<int>(f));
   }

@@ -22,9 +22,9 @@ constexpr double kResidual = 1e-5;  // of the reactions
 constexpr double kRoughly = 1e-2;   // the same while the touching nodes are still being determined
 // Relative to the body: bonded nodes closer than this have reached their goal.
 constexpr double kInPlace = 1e-12;
-constexpr int kMaxSteps = 30;     // of Newton's method
-constexpr int kMaxHalvings = 10;  // of one of them
-constexpr double kLess = 1e-4;    // smallest decrease of the residual relative to the step's length
+constexpr int kMaxSteps = 30;         // of Newton's method
+constexpr int kMaxLineHalvings = 10;  // of one of them
+constexpr double kLess = 1e-4;  // smallest decrease of the residual relative to the step's length
 constexpr double kPenetration = 2e-3;  // penetration that still counts as touching [radii]
 // Pull relative to the largest reaction above which a node is released.
 constexpr double kPull = 1e-3;
@@ -207,7 +207,7 @@ bool PressedBody::Solver::Balance(double residual) {
 bool PressedBody::Solver::Step(const VectorXd& step, bool is_fixed_moving) {
   const double before = forces.cwiseProduct(free).norm();
   double length = 1;
-  for (int i = 0; i < kMaxHalvings; ++i, length *= 0.5) {
+  for (int i = 0; i < kMaxLineHalvings; ++i, length *= 0.5) {
     const VectorXd trial = x + length * step;
     if (!body.Forces(trial, &forces)) continue;
     const double after = forces.cwiseProduct(free).norm();

@@ -278,7 +278,7 @@ constexpr double kSigma = 0.01, kSigmaWarned = 0.005;  // relative sigma of base
 constexpr double kResidual = 1.0, kResidualWarned = 0.5;   // [px]
 constexpr double kCoverage = 0.15, kCoverageWarned = 0.4;  // covered part of the image
 constexpr double kFocal = 0.02;                            // relative sigma of the focal length
-constexpr double kUsed = 0.5;                              // of the views that show the board
+constexpr double kUsedViews = 0.5;                         // of the views that show the board
 
 void SetVerdict(Calibration* c) {
   const auto judge = [&](bool is_refused, bool is_weak, const std::string& words) {
@@ -314,7 +314,7 @@ void SetVerdict(Calibration* c) {
                       100 * coverage, 100 * kCoverage, 100 * kCoverageWarned));
   }
   const std::size_t used = c->used.size(), given = used + c->dropped.size();
-  judge(static_cast<double>(used) < kUsed * static_cast<double>(given), false,
+  judge(static_cast<double>(used) < kUsedViews * static_cast<double>(given), false,
         fmt::format("only {} of {} {} agree with each other", used, given, things));
   constexpr double kMinBaseline = 1e-3;  // of the board's distance
   const double distance = c->X_LB.front().translation().norm();

@@ -22,7 +22,7 @@ namespace {
 // Limits for acceptance: smallest width of the positions across their longest direction, largest
 // uncertainty, and outliers at most half as many as inliers.
 constexpr double kWidth = 0.05, kAngle = 2 * std::numbers::pi / 180, kScatter = 0.05;
-constexpr double kUsed = 2.0 / 3;
+constexpr double kUsedPositions = 2.0 / 3;
 
 using Indices = std::vector<std::size_t>;
 using Points = std::vector<Eigen::Vector3d>;
@@ -169,7 +169,7 @@ void CheckPlaces(const PlaceCloud& cloud, std::size_t used, std::size_t fewest,
     r->reasons.push_back(
         fmt::format("{} positions are too few to check the result: expected {}", used, fewest + 1));
   }
-  if (static_cast<double>(used) < kUsed * static_cast<double>(r->used.size())) {
+  if (static_cast<double>(used) < kUsedPositions * static_cast<double>(r->used.size())) {
     r->reasons.push_back(
         fmt::format("only {} of {} positions agree with each other", used, r->used.size()));
   }

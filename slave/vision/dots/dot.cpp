@@ -28,7 +28,7 @@ constexpr double kRagged = 1;
 constexpr double kForeignInDot = 0.01;  // share of the dot's area that may deviate more
 // Number of measurements, each with the reach for the blur found by the previous one.
 constexpr int kLooks = 3;
-constexpr int kRounds = 3;             // iterations for a window that cuts the dot's edge
+constexpr int kWindowRounds = 3;       // iterations for a window that cuts the dot's edge
 constexpr double kSigmaFloor = 0.003;  // error by the uneven response of pixels [px]
 
 struct Axes {
@@ -217,7 +217,7 @@ std::optional<MeasuredDot> MeasureWithin(const Window& w, const Dot& dot, double
   Weighed weighed;
   Eigen::Vector2d moved(0, 0);
   // A window that cuts the blurred edge must be centred on the resulting centre.
-  const int rounds = ring.left_out() == 0 ? 1 : kRounds;
+  const int rounds = ring.left_out() == 0 ? 1 : kWindowRounds;
   for (int k = 0; k < rounds; ++k) {
     weighed = Weigh(w, w.centre + moved, ring, contrast);
     if (!(weighed.sum > 0)) return std::nullopt;

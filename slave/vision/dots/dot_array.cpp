@@ -19,10 +19,10 @@ constexpr std::size_t kNeighbours = 8;  // [-] [tuned: IsIdentifiedTurnedShifted
 // Largest distance of a dot from its expected position in spacings [-]; at a half the next dot is
 // as near. [tuned: MissingAndSpuriousDotsDoNotMixIdentities]
 constexpr double kGate = 0.35;
-constexpr double kShift = 2;         // largest shift of the whole array, in spacings [-]
-constexpr double kAreaRatio = 2.5;   // largest ratio of a dot's areas in two images [-]
-constexpr std::size_t kAnchors = 5;  // [-] [tuned: MissingAndSpuriousDotsDoNotMixIdentities]
-constexpr int kRounds = 12;          // rounds in which found neighbours predict further dots
+constexpr double kShift = 2;          // largest shift of the whole array, in spacings [-]
+constexpr double kAreaRatio = 2.5;    // largest ratio of a dot's areas in two images [-]
+constexpr std::size_t kAnchors = 5;   // [-] [tuned: MissingAndSpuriousDotsDoNotMixIdentities]
+constexpr int kNeighbourRounds = 12;  // rounds in which found neighbours predict further dots
 
 // Number of additional dots that make a shift more likely than none, because spurious dots may fit
 // by chance.
@@ -162,7 +162,7 @@ int DotArray::Grow(const Image& image, std::size_t anchor, const Eigen::Vector2d
   for (const int k : neighbours_[anchor]) expected[Index(k)] = image.places[Index(k)] + shift;
   int found = Assign(image, expected, picks);
   std::vector<int> trial;
-  for (int round = 0; round < kRounds && found >= 3; ++round) {
+  for (int round = 0; round < kNeighbourRounds && found >= 3; ++round) {
     const int more = Assign(image, Adapted(image, *picks), &trial);
     if (more < found || trial == *picks) break;
     found = more;

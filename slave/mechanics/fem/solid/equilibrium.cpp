@@ -11,7 +11,7 @@ namespace {
 
 using Eigen::VectorXd;
 
-constexpr int kMaxSteps = 60;  // of Newton's method
+constexpr int kMaxNewtonSteps = 60;  // of Newton's method
 constexpr int kMaxRefinements = 60;
 constexpr int kMaxHalvings = 40;
 constexpr double kMinRemoved = 1.0 / 64;  // of negative curvature, if any
@@ -336,7 +336,7 @@ bool Equilibrium::KeepsVolume(const VectorXd& x) {
 
 bool Equilibrium::Iterate(Balance* balance, VectorXd* x) {
   const bool counted = options_.one_solve && !linear();
-  const int most = counted ? 1 : linear() ? kMaxRefinements : kMaxSteps;
+  const int most = counted ? 1 : linear() ? kMaxRefinements : kMaxNewtonSteps;
   // With iterative solutions further digits are cheap.
   const double goal = linear() && solver_.is_direct()   ? std::min(kTight, options_.residual)
                       : linear() || solver_.is_direct() ? options_.residual

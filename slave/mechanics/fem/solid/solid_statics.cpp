@@ -13,7 +13,7 @@ constexpr double kBalanced = 1e-6;  // work of loads on free motions over all wo
 // Force on pinned unknowns relative to the loads, after the deformation.
 constexpr double kStillBalanced = 1e-3;
 constexpr double kMinPart = 1.0 / 64;  // smallest share of a load that is applied at once
-constexpr int kMaxSteps = 300;         // of Newton's method for one answer, all parts together
+constexpr int kMaxTotalSteps = 300;    // of Newton's method for one answer, all parts together
 
 }  // namespace
 
@@ -82,7 +82,7 @@ bool SolidStatics::SolveInParts(SolidState* state) {
       continue;
     }
     part /= 2;
-    if (progress_.stopped() || part < kMinPart || newton_steps_ > kMaxSteps || linear_) {
+    if (progress_.stopped() || part < kMinPart || newton_steps_ > kMaxTotalSteps || linear_) {
       return false;
     }
   }

@@ -17,10 +17,10 @@ namespace {
 using Eigen::Index;
 using Eigen::Vector2d;
 
-constexpr int kIterations = 40;
+constexpr int kMaxFitSteps = 40;
 // Step of the difference quotients: radii, fraction of the force.
 constexpr double kDifference = 1e-4;
-constexpr double kConverged = 1e-3;  // step relative to its standard deviation
+constexpr double kConvergedFit = 1e-3;  // step relative to its standard deviation
 // Radii, fraction of the force: smaller steps reuse the derivatives.
 constexpr double kSmallStep = 0.02;
 constexpr double kDamping = 1e-3, kMaxDamping = 1e8;
@@ -261,7 +261,7 @@ bool LoadFitter::Descend(Guess* guess, LoadFit* fit) noexcept {
   if (!Misfit(*guess, &misfit_)) return false;
   double damping = kDamping;
   bool share = false, pressed = true;  // state of the guess
-  for (int iteration = 0; iteration < kIterations; ++iteration) {
+  for (int iteration = 0; iteration < kMaxFitSteps; ++iteration) {
     if (guess->force == 0) return false;
     if (!share) {
       if (!Linearise(*guess)) return false;
@@ -269,7 +269,7 @@ bool LoadFitter::Descend(Guess* guess, LoadFit* fit) noexcept {
     }
     const Eigen::Matrix3d normal = by_.transpose() * by_;
     const Eigen::Vector3d whole = normal.ldlt().solve(by_.transpose() * misfit_);
-    if (whole.dot(normal * whole) <= kConverged * kConverged) break;
+    if (whole.dot(normal * whole) <= kConvergedFit * kConvergedFit) break;
     const Guess last = *guess;
     pressed = Step(normal, &damping, guess);
     if (!pressed) {
@@ -280,7 +280,7 @@ bool LoadFitter::Descend(Guess* guess, LoadFit* fit) noexcept {
     }
     const Vector2d moved = guess->place - last.place;
     const Eigen::Vector3d taken(moved.x(), moved.y(), (guess->force - last.force) / force_unit_);
-    if (taken.dot(normal * taken) <= kConverged * kConverged) break;
+    if (taken.dot(normal * taken) <= kConvergedFit * kConvergedFit) break;
     share = moved.norm() < kSmallStep && std::abs(taken[2]) < kSmallStep;
   }
   fit->residual = std::sqrt(misfit_.squaredNorm() / Freedom());

@@ -10,7 +10,7 @@ namespace {
 using Eigen::Index;
 using Eigen::Vector2d;
 
-constexpr int kRings = 5;
+constexpr int kSearchRings = 5;
 
 // Smallest part of a rim's motion that the others do not explain.
 constexpr double kNoDirection = 1e-6;
@@ -19,8 +19,8 @@ constexpr double kNoDirection = 1e-6;
 
 LoadSearch::LoadSearch(double load_radius, double farthest) {
   places_.push_back({{0, 0}, load_radius});
-  for (int ring = 1; ring <= kRings; ++ring) {
-    const double r = farthest * (ring - 0.1) / kRings;
+  for (int ring = 1; ring <= kSearchRings; ++ring) {
+    const double r = farthest * (ring - 0.1) / kSearchRings;
     for (int i = 0; i < 6 * ring; ++i) {
       const double angle = std::numbers::pi * i / (3 * ring);
       places_.push_back({{r * std::cos(angle), r * std::sin(angle)}, load_radius});
