@@ -40,7 +40,7 @@ bool PlateModel::TryRespond(std::span<const Contact> contacts,
   prepared_ = SolveForces();
   if (!prepared_) return Fail("displaced points are too close to be distinguished");
   if (!(forces_.allFinite() && std::isfinite((force_unit_ * forces_).sum()) &&
-        (forces_.size() == 0 || deflections_.cwiseAbs().maxCoeff() <= kAbsurd))) {
+        (forces_.size() == 0 || deflections_.cwiseAbs().maxCoeff() <= plate::kAbsurd))) {
     return Fail("the solution is not finite or too large");
   }
   std::size_t sought = 0;
