@@ -21,32 +21,33 @@ namespace {
 
 namespace fs = std::filesystem;
 
-const fs::path kImage =
+const fs::path kEmbryoImage =
     SourcePath("/../shared/data/zebrafish_injection/zf_Old_yolov3_image_captured1.jpg");
-const fs::path kOut = BinaryPath("/test-output/zebrafish");
-constexpr double kRadius = 0.6e-3;         // of the chorion [m], assumed
-constexpr double kRadius_px = 150;         // in this image, read by a person to some 10 px
-constexpr double kHeld = -45, kHalf = 30;  // arc held by the dish: centre and half angle [deg]
+const fs::path kEmbryoOut = BinaryPath("/test-output/zebrafish");
+constexpr double kChorionRadius = 0.6e-3;       // of the chorion [m], assumed
+constexpr double kChorionRadius_px = 150;       // in this image, read by a person to some 10 px
+constexpr double kHeld = -45, kHalfAngle = 30;  // arc held by the dish: centre and half angle [deg]
 
 class EmbryoModelTest : public testing::Test {
  protected:
   void SetUp() override {
-    if (!fs::exists(kImage)) GTEST_SKIP() << "the microscope images are absent";
-    fs::create_directories(kOut);
-    image_ = cv::imread(kImage.string());
-    cv::imwrite((kOut / "pipette.png").string(), image_(cv::Rect(612, 232, 34, 60)));
-    std::ofstream scene(kOut / "embryo.yaml");
+    if (!fs::exists(kEmbryoImage)) GTEST_SKIP() << "the microscope images are absent";
+    fs::create_directories(kEmbryoOut);
+    image_ = cv::imread(kEmbryoImage.string());
+    cv::imwrite((kEmbryoOut / "pipette.png").string(), image_(cv::Rect(612, 232, 34, 60)));
+    std::ofstream scene(kEmbryoOut / "embryo.yaml");
     scene << "name: embryo-from-image\n"
              "object:\n"
              "  geometry: {contour: from-image, thickness: 1.2 mm}\n"
              "  material: {young_modulus: 1.51 MPa, poisson_ratio: 0.5}\n"
              "  fixed: {arc: {centre: "
-          << kHeld << " deg, half_angle: " << kHalf
+          << kHeld << " deg, half_angle: " << kHalfAngle
           << " deg}}\n"
              "tool: {shape: flat, width: 60 um, depth: whole}\n"
              "sense:\n"
              "  camera: {file: \""
-          << kImage.string() << "\", rate: 60 Hz, pixel: " << kRadius / kRadius_px * 1e6
+          << kEmbryoImage.string()
+          << "\", rate: 60 Hz, pixel: " << kChorionRadius / kChorionRadius_px * 1e6
           << " um}\n"
              "  tip: {track: template, template: pipette.png, anchor: [17 px, 56 px]}\n"
              "  contour: {track: snake, control_points: 60}\n"
@@ -72,7 +73,7 @@ class EmbryoModelTest : public testing::Test {
 // in 2D the stiffness depends on the shape, not on the size. The remaining difference comes from
 // the chorion, which is not a perfect circle.
 TEST_F(EmbryoModelTest, TheImagesModelIsAsStiffAsADiscOfItsSize) {
-  const Scene scene = LoadScene(kOut / "embryo.yaml");
+  const Scene scene = LoadScene(kEmbryoOut / "embryo.yaml");
   Estimator estimator(scene, {image_, 1, {}}, std::nullopt);
   const ContactEstimate& estimate = estimator.Estimate({image_, 2, {}});
   ASSERT_EQ(estimate.validity, Validity::kValid) << ToString(estimate.check);
@@ -81,14 +82,14 @@ TEST_F(EmbryoModelTest, TheImagesModelIsAsStiffAsADiscOfItsSize) {
   const double k = local.normal.dot(local.stiffness * local.normal);
 
   Scene disc = scene;
-  disc.object.geometry = DiscGeometry{kRadius, 1.2e-3};
+  disc.object.geometry = DiscGeometry{kChorionRadius, 1.2e-3};
   const BoundaryMesh mesh = MeshOutline(disc, std::nullopt);
   const std::unique_ptr<DeformationModel> model = MakeModel(disc, mesh);
   const Eigen::Vector3d centre = estimator.registration().X_SO.translation();
   const Eigen::Vector3d out = (estimate.p_S_contact - centre).normalized();
   const Contact contact{Contact::Kind::kDisplacement,
-                        kRadius * std::cos(std::numbers::pi / 120) * out, -1, scene.tool->width,
-                        Eigen::Vector3d::Zero()};
+                        kChorionRadius * std::cos(std::numbers::pi / 120) * out, -1,
+                        scene.tool->width, Eigen::Vector3d::Zero()};
   ContactResponse response;
   model->Respond(std::span(&contact, 1), std::span(&response, 1));
   const double k_disc = out.dot(response.stiffness_O * out);
@@ -98,7 +99,7 @@ TEST_F(EmbryoModelTest, TheImagesModelIsAsStiffAsADiscOfItsSize) {
 // The image's pipette is moved 30 px into the chorion in steps. The force is stiffness times depth
 // and points out of the embryo.
 TEST_F(EmbryoModelTest, APipetteCarriedIntoTheChorionHasAForce) {
-  const Scene scene = LoadScene(kOut / "embryo.yaml");
+  const Scene scene = LoadScene(kEmbryoOut / "embryo.yaml");
   Estimator estimator(scene, {image_, 1, {}}, std::nullopt);
   std::uint64_t sequence = 1;
   ContactEstimate estimate;

@@ -31,9 +31,9 @@ constexpr double kImagePeriod = 1.0 / 60;  // [s]
 constexpr double kRoundTrip = 0.1;         // [s]
 constexpr double kTouch = 0.5;             // force that counts as contact, above the noise [N]
 constexpr double kLawDepth = 0.0075;       // of the law of force, in 15 steps [m]
-const fs::path kData = SourcePath("/../shared/data/teleop_1dof_2khz");
-const fs::path kOut = BinaryPath("/test-output/teleop");
-const std::array kModes{RenderMode::kHold, RenderMode::kInterpolate, RenderMode::kLocal};
+const fs::path kTeleopData = SourcePath("/../shared/data/teleop_1dof_2khz");
+const fs::path kTeleopOut = BinaryPath("/test-output/teleop");
+const std::array kRenderModes{RenderMode::kHold, RenderMode::kInterpolate, RenderMode::kLocal};
 
 // Both sides of the recording along one line, x, positive into the object.
 struct Recording {
@@ -48,7 +48,7 @@ struct Recording {
   }
 };
 
-Recording Read(const fs::path& file) {
+Recording ReadRecording(const fs::path& file) {
   std::ifstream in(file);
   std::string line;
   std::getline(in, line);
@@ -69,8 +69,8 @@ Recording Read(const fs::path& file) {
 }
 
 fs::path WritePlayback(const Recording& recording, const std::string& name) {
-  fs::create_directories(kOut);
-  const fs::path file = kOut / (name + "_hand.csv");
+  fs::create_directories(kTeleopOut);
+  const fs::path file = kTeleopOut / (name + "_hand.csv");
   std::ofstream out(file);
   out.precision(17);
   out << "time_s,x,y,z\n";
@@ -188,12 +188,12 @@ using Renderings = std::map<RenderMode, Rendering>;
 class TeleopRecordingTest : public testing::TestWithParam<const char*> {
  protected:
   void SetUp() override {
-    const fs::path file = kData / ("m2_q1d_" + std::string(GetParam()) + ".csv");
+    const fs::path file = kTeleopData / ("m2_q1d_" + std::string(GetParam()) + ".csv");
     if (!fs::exists(file)) GTEST_SKIP() << "the shared recordings are not here";
-    recording_ = Read(file);
+    recording_ = ReadRecording(file);
     ASSERT_GT(recording_.t.size(), 9000U);
     const fs::path playback = WritePlayback(recording_, GetParam());
-    for (const RenderMode mode : kModes) {
+    for (const RenderMode mode : kRenderModes) {
       all_[mode] = Render(recording_, playback, mode);
       late_[mode] = Render(recording_, playback, mode, kRoundTrip);
     }

@@ -20,18 +20,18 @@ namespace {
 
 namespace fs = std::filesystem;
 
-const fs::path kImages = SourcePath("/../shared/data/zebrafish_injection");
-const fs::path kOut = BinaryPath("/test-output/zebrafish");
+const fs::path kInjectionImages = SourcePath("/../shared/data/zebrafish_injection");
+const fs::path kZebrafishOut = BinaryPath("/test-output/zebrafish");
 
 class ZebrafishTest : public testing::Test {
  protected:
   void SetUp() override {
-    if (!fs::is_directory(kImages)) GTEST_SKIP() << kImages << " is absent";
-    fs::create_directories(kOut);
+    if (!fs::is_directory(kInjectionImages)) GTEST_SKIP() << kInjectionImages << " is absent";
+    fs::create_directories(kZebrafishOut);
   }
 
   static cv::Mat Read(const std::string& name) {
-    return cv::imread((kImages / name).string(), cv::IMREAD_UNCHANGED);
+    return cv::imread((kInjectionImages / name).string(), cv::IMREAD_UNCHANGED);
   }
 
   // The images have no scale, so the pixel size is nominal.
@@ -44,7 +44,7 @@ class ZebrafishTest : public testing::Test {
   // Uses a pipette's template, cut from the image `name` at a manually marked position.
   static void UseTemplate(Scene& scene, const std::string& name, const cv::Rect& window,
                           const Eigen::Vector2d& p_I_tip) {
-    const fs::path file = kOut / ("template-of-" + name + ".png");
+    const fs::path file = kZebrafishOut / ("template-of-" + name + ".png");
     cv::imwrite(file.string(), Read(name)(window));
     scene.sense.Find<CameraOptions>()->tip.emplace();
     scene.sense.Find<TipTracking>()->template_file = file;
@@ -52,14 +52,14 @@ class ZebrafishTest : public testing::Test {
   }
 };
 
-struct Shape {
+struct EmbryoShape {
   double area = 0;       // [px^2]
   double roundness = 0;  // 4 pi area / length^2: 1 for a circle
   Eigen::Vector2d centre{0, 0};
 };
 
-Shape ShapeOf(CurveView contour) {
-  Shape shape;
+EmbryoShape ShapeOf(CurveView contour) {
+  EmbryoShape shape;
   shape.area = std::abs(CurveArea(contour));
   shape.roundness = 4 * std::numbers::pi * shape.area / std::pow(CurveLength(contour), 2);
   for (const Eigen::Vector2d& p : contour) shape.centre += p / static_cast<double>(contour.size());
@@ -77,7 +77,7 @@ TEST_F(ZebrafishTest, TheChorionOfAnEmbryoInARowIsFound) {
   const Curve& outline = tracking.rest_contour().outline;
   ASSERT_EQ(outline.size(), 60U);
   EXPECT_FALSE(CrossesItself(outline));
-  const Shape shape = ShapeOf(outline);
+  const EmbryoShape shape = ShapeOf(outline);
   EXPECT_LT((shape.centre - Eigen::Vector2d(888, 318)).norm(), 20);
   EXPECT_NEAR(std::sqrt(shape.area / std::numbers::pi), 150, 15);
   EXPECT_GT(shape.roundness, 0.85);
@@ -110,7 +110,7 @@ TEST_F(ZebrafishTest, DrosophilaEmbryosAreFound) {
     const Curve& outline = tracking.rest_contour().outline;
     ASSERT_EQ(outline.size(), 60U) << embryo.name;
     EXPECT_FALSE(CrossesItself(outline)) << embryo.name;
-    const Shape shape = ShapeOf(outline);
+    const EmbryoShape shape = ShapeOf(outline);
     EXPECT_LT((shape.centre - embryo.centre).norm(), 25) << embryo.name << " " << shape.centre;
     EXPECT_NEAR(shape.area / embryo.area, 1, 0.25) << embryo.name;
     EXPECT_GT(shape.roundness, 0.5) << embryo.name;
@@ -137,14 +137,14 @@ TEST_F(ZebrafishTest, WhereNoEmbryoIsClearNoContourIsFound) {
 // One pipette's template finds the same kind of pipette in other images, in the whole image.
 // The places were read by a person to about 6 px (a tapering tip fades out).
 TEST_F(ZebrafishTest, PipetteTipsAreFoundInOtherImages) {
-  struct Tip {
+  struct PipetteTip {
     std::string image, from;
     cv::Rect window;
     Eigen::Vector2d from_tip, tip;
   };
   const cv::Rect view1(584, 220, 60, 108), view2(702, 288, 62, 108), needle(600, 200, 56, 92);
   const std::string from1 = "drosophila_view1_000.jpg", from2 = "drosophila_view2_004.jpg";
-  const std::vector<Tip> tips = {
+  const std::vector<PipetteTip> tips = {
       {"zf_Needle_detection_image_captured2.jpg",
        "zf_Needle_detection_image_captured1.jpg",
        needle,
@@ -155,7 +155,7 @@ TEST_F(ZebrafishTest, PipetteTipsAreFoundInOtherImages) {
       {"drosophila_view2_000.jpg", from2, view2, {733.5, 392}, {733, 393}},
       {"drosophila_view2_017.jpg", from2, view2, {733.5, 392}, {645, 259}},
       {"drosophila_view2_046.jpg", from2, view2, {733.5, 392}, {732, 396}}};
-  for (const Tip& tip : tips) {
+  for (const PipetteTip& tip : tips) {
     Scene scene = MicroscopeScene();
     UseTemplate(scene, tip.from, tip.window, tip.from_tip);
     const cv::Mat image = Read(tip.image);

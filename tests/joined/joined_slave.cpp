@@ -10,7 +10,7 @@ namespace {
 constexpr double kSensorRate = 60;  // [Hz]
 constexpr double kRadius = 0.05;    // of the local model's validity [m]
 
-ManipulatorOptions Limits() {
+ManipulatorOptions JoinedLimits() {
   ManipulatorOptions limits;
   limits.max_speed = 10;
   return limits;
@@ -40,7 +40,7 @@ void SlowStopRecord::End() {
 
 JoinedSlave::JoinedSlave(std::function<Time()> clock)
     : clock_(std::move(clock)),
-      port_(tool_, TeleopTransform{}, Limits()),
+      port_(tool_, TeleopTransform{}, JoinedLimits()),
       newest_(kSensorRate, tool_.Tip()) {
   set_settings_revision(1);
   Sense();

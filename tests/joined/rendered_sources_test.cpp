@@ -22,7 +22,7 @@
 namespace palpate {
 namespace {
 
-constexpr double kPeriod = 1.0 / 60;  // of the images [s]
+constexpr double kImagePeriod = 1.0 / 60;  // of the images [s]
 constexpr int kTicksPerImage = 16;
 constexpr int kMaxImages = 400;
 
@@ -31,14 +31,14 @@ class RenderedForce {
  public:
   RenderedForce(std::unique_ptr<SensingPipeline> sense, const Scene& scene)
       : sense_(std::move(sense)),
-        publisher_({.depth = scene.operator_options.press_depth, .period = kPeriod}) {}
+        publisher_({.depth = scene.operator_options.press_depth, .period = kImagePeriod}) {}
 
   [[nodiscard]] SensingPipeline& sense() { return *sense_; }
 
   // Estimates from the acquired sample and adds the forces of the ticks after it, while the tip
   // moves on from `p_S_tip` [m] with `velocity` [m/s].
   void Add(const Eigen::Vector3d& p_S_tip, const Eigen::Vector3d& velocity) {
-    const double sensed = kPeriod * ++images_;
+    const double sensed = kImagePeriod * ++images_;
     sense_->Process();
     const ContactEstimate& estimate = sense_->Estimate({p_S_tip, std::nullopt});
     const Time now =
@@ -60,7 +60,7 @@ class RenderedForce {
     renderer_.Take(state, sensed, sensed, sensed);
     Reasons reasons{};
     for (int tick = 1; tick <= kTicksPerImage; ++tick) {
-      const double t = kPeriod * tick / kTicksPerImage;
+      const double t = kImagePeriod * tick / kTicksPerImage;
       forces.push_back(renderer_.Render(p_S_tip + t * velocity, sensed + t, &reasons));
     }
   }
@@ -114,14 +114,14 @@ TEST(RenderedSourcesTest, SimulatedStreamedAndRecordedImagesRenderTheSameForce) 
     ASSERT_TRUE(recorded.sense().Acquire({}));
     const Eigen::Vector3d p_S_tip = environment->truth().p_S_tip;
     const Eigen::Vector3d velocity =
-        images == 0 ? Eigen::Vector3d::Zero().eval() : ((p_S_tip - p_S_last) / kPeriod).eval();
+        images == 0 ? Eigen::Vector3d::Zero().eval() : ((p_S_tip - p_S_last) / kImagePeriod).eval();
     simulated.Add(p_S_tip, velocity);
     const cv::Mat image = simulated.sense().Image(0)->plain;
     const std::string pixels(reinterpret_cast<const char*>(image.data),
                              image.total() * image.elemSize());
     PushedSample sample;
     sample.sensed_at = start + std::chrono::duration_cast<Clock::duration>(
-                                   std::chrono::duration<double>(kPeriod * images));
+                                   std::chrono::duration<double>(kImagePeriod * images));
     sample.image = {
         image.channels() == 3 ? PushedImage::Encoding::kBgr8 : PushedImage::Encoding::kGrey8,
         &pixels, static_cast<unsigned>(image.cols), static_cast<unsigned>(image.rows)};

@@ -99,10 +99,6 @@ double TimeOf(const v1::SimulatedSample& sample) {
   return static_cast<double>(stamp.seconds()) + 1e-9 * stamp.nanos();
 }
 
-Eigen::Vector3d VectorOf(const v1::Vec3& v) {
-  return {v.x(), v.y(), v.z()};
-}
-
 }  // namespace
 
 const Samples& SamplesOf(const Scene& scene) {

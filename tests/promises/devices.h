@@ -7,6 +7,8 @@
 #include <string>
 #include <vector>
 
+#include <Eigen/Core>
+
 #include "palpate/v1/simulation.pb.h"
 
 #include "slave/live/live_slave.h"
@@ -17,6 +19,10 @@
 namespace palpate::promises {
 
 using Samples = std::vector<v1::SimulatedSample>;
+
+inline Eigen::Vector3d VectorOf(const v1::Vec3& v) {
+  return {v.x(), v.y(), v.z()};
+}
 
 // Returns the undisturbed samples of the devices of `scene`: those of palpate-simulator, of a depth
 // camera that sees a plane, or of channels that rise by 1 per newton under presses of 4 N.

@@ -52,10 +52,6 @@ const std::map<std::string, Event> kEvents{{"contact", Event::kContact},
                                            {"estop", Event::kEstop},
                                            {"command_refused", Event::kCommandRefused}};
 
-Eigen::Vector3d VectorOf(const v1::Vec3& v) {
-  return {v.x(), v.y(), v.z()};
-}
-
 // The line of a page with the sentence; 0: none.
 int LineOf(const std::filesystem::path& page, const std::string& sentence) {
   std::ifstream stream(SourcePath("/" + page.string()));

@@ -13,7 +13,7 @@
 namespace palpate {
 namespace {
 
-const Time kStart{std::chrono::hours(1)};
+const Time kDeviceStart{std::chrono::hours(1)};
 constexpr double kForce = 5, kTorque = 0.1;  // limits of the device
 
 DeviceCapabilities Capabilities() {
@@ -55,7 +55,7 @@ class HapticDeviceTest : public testing::Test {
   }
 
   Recorded device_;
-  Time now_ = kStart;
+  Time now_ = kDeviceStart;
   DeviceReading reading_;
 };
 
@@ -80,7 +80,7 @@ TEST_F(HapticDeviceTest, WithoutAMeasuredOrientationThereIsNoTorque) {
   Recorded blind(own);
   EXPECT_EQ(blind.limits().torque, 0);
   for (int i = 1; i < 100; ++i) {
-    blind.Read(kStart + std::chrono::milliseconds(i));
+    blind.Read(kDeviceStart + std::chrono::milliseconds(i));
     blind.WriteWrench({0, 0, 0}, {0, 0, 1});
     EXPECT_TRUE(blind.torque.isZero(0));
   }
@@ -122,10 +122,10 @@ TEST(HapticDeviceAllocationTest, ReadingAndWritingDoNotAllocate) {
   Recorded recorded;
   SimHand hand(0.004, 0.02);
   RateDevice rate(std::make_unique<Quiet>(), 0.02, false);
-  rate.Poll(kStart);
+  rate.Poll(kDeviceStart);
   const long before = AllocationCount();
   for (int i = 0; i < 1000; ++i) {
-    const Time now = kStart + std::chrono::milliseconds(i);
+    const Time now = kDeviceStart + std::chrono::milliseconds(i);
     recorded.next.status.fault = i % 100 == 50 ? DeviceFault::kDriver : DeviceFault::kNone;
     for (HapticDevice* device :
          {static_cast<HapticDevice*>(&recorded), static_cast<HapticDevice*>(&hand),
@@ -148,7 +148,7 @@ TEST(HapticDevicePropertyTest, NoOrderOfCallsSkipsALimit) {
   for (int round = 0; round < 200; ++round) {
     Recorded device;
     double limit = kForce;
-    Time now = kStart, written{}, fresh{};
+    Time now = kDeviceStart, written{}, fresh{};
     Eigen::Vector3d last(0, 0, 0), last_torque(0, 0, 0);
     bool usable = false;
     for (int i = 0; i < 500; ++i) {
@@ -198,7 +198,7 @@ TEST(HapticDevicePropertyTest, NoOrderOfCallsSkipsALimit) {
       (device.force.isZero(0) ? without : with_force) += 1;
       last = device.force;
       last_torque = device.torque;
-      if (now != kStart) written = now;  // before a reading there is no time
+      if (now != kDeviceStart) written = now;  // before a reading there is no time
     }
   }
   EXPECT_GT(with_force, 20000) << "the test did not exercise forces";

@@ -14,10 +14,10 @@ namespace {
 using testing::AllOf;
 using testing::HasSubstr;
 
-const Time kStart{std::chrono::hours(1)};
+const Time kPlaybackStart{std::chrono::hours(1)};
 
-Time At(double t) {
-  return kStart + Seconds(t);
+Time PlaybackTime(double t) {
+  return kPlaybackStart + Seconds(t);
 }
 
 std::filesystem::path Write(const std::string& text) {
@@ -32,9 +32,9 @@ std::string ErrorOf(const std::string& text) {
 // Reference: a straight line is reproduced exactly by linear interpolation, at any rate of rows.
 TEST(PlaybackTest, PlaysAStraightLineAtTrueTimeWithItsVelocity) {
   Playback playback(Write("note,z,time_s,y,x\nstart,0,5.0,1,0\n,0.2,5.1,1,-0.1\r\n,2,6,1,-1\n"));
-  playback.Read(kStart);
+  playback.Read(kPlaybackStart);
   for (const double t : {0.03, 0.1, 0.77, 0.999}) {
-    const DeviceReading reading = playback.Read(At(t));
+    const DeviceReading reading = playback.Read(PlaybackTime(t));
     EXPECT_NEAR(reading.p_M.x(), -t, 1e-9) << t;
     EXPECT_NEAR(reading.p_M.y(), 1, 1e-12) << t;
     EXPECT_NEAR(reading.p_M.z(), 2 * t, 1e-9) << t;
@@ -46,14 +46,14 @@ TEST(PlaybackTest, PlaysAStraightLineAtTrueTimeWithItsVelocity) {
 
 TEST(PlaybackTest, EngagesAfterTheFirstReadingAndLetsGoAtTheEnd) {
   Playback playback(Write("time_s,x,y,z\n0,0,0,0\n0.5,0.1,0,0\n"));
-  EXPECT_FALSE(playback.Read(kStart).engaged);
-  EXPECT_TRUE(playback.Read(At(0.001)).engaged);
-  const DeviceReading last = playback.Read(At(0.5));
+  EXPECT_FALSE(playback.Read(kPlaybackStart).engaged);
+  EXPECT_TRUE(playback.Read(PlaybackTime(0.001)).engaged);
+  const DeviceReading last = playback.Read(PlaybackTime(0.5));
   EXPECT_FALSE(last.engaged);
   EXPECT_TRUE(playback.finished());
   EXPECT_EQ(last.p_M.x(), 0.1);
   EXPECT_EQ(last.v_M.norm(), 0);
-  EXPECT_EQ(playback.Read(At(1e6)).p_M.x(), 0.1);
+  EXPECT_EQ(playback.Read(PlaybackTime(1e6)).p_M.x(), 0.1);
 }
 
 TEST(PlaybackTest, ErrorsStateFileLineAndWhatIsAccepted) {
@@ -76,8 +76,8 @@ TEST(PlaybackTest, MillimetresAreConvertedWhereTheyAreNamedAndRefusedWhereNot) {
               AllOf(HasSubstr(":3: position = 9 m"), HasSubstr("in mm it would be 0.009 m"),
                     HasSubstr("x (mm)")));
   Playback playback(Write("time_s,x (mm),y (mm),z (mm)\n0,0,0,0\n1,0,-9,0\n"));
-  playback.Read(kStart);
-  EXPECT_DOUBLE_EQ(playback.Read(At(1)).p_M.y(), -0.009);
+  playback.Read(kPlaybackStart);
+  EXPECT_DOUBLE_EQ(playback.Read(PlaybackTime(1)).p_M.y(), -0.009);
 }
 
 }  // namespace

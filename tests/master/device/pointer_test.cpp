@@ -7,13 +7,13 @@
 namespace palpate {
 namespace {
 
-constexpr double kSpeed = 0.05;  // [m/s]
+constexpr double kPointerSpeed = 0.05;  // [m/s]
 const Eigen::Vector3d kAim(0.02, -0.01, 0);
 
 // A web page that sends its target every 20 ms, and a loop that reads it every millisecond.
 class Stage {
  public:
-  explicit Stage(double speed = kSpeed) : pointer(speed) {}
+  explicit Stage(double speed = kPointerSpeed) : pointer(speed) {}
 
   // Runs for `seconds`. `says`: whether the page sends messages.
   DeviceReading Run(double seconds, const Eigen::Vector3d& aim, bool engaged, bool says = true) {
@@ -48,7 +48,7 @@ TEST_F(PointerTest, FollowsTheTargetWithinTheSpeedLimit) {
   EXPECT_NEAR((reading.p_M - kAim).norm(), 0, 1e-6);
   // Reference: (2 z w s + w^2) / (s^2 + 2 z w s + w^2) overshoots a step, here of speed, by 21 % at
   // the arm's z = 0.7.
-  EXPECT_LT(stage.fastest, 1.22 * kSpeed);
+  EXPECT_LT(stage.fastest, 1.22 * kPointerSpeed);
 }
 
 // A page that was loaded again aims at zero, wherever the tool is.

@@ -10,8 +10,8 @@
 namespace palpate {
 namespace {
 
-constexpr double kTick = 0.001;  // [s]
-const Eigen::Vector3d kInward(0, -1, 0);
+constexpr double kScriptTick = 0.001;  // [s]
+const Eigen::Vector3d kScriptInward(0, -1, 0);
 
 // A device that is always at its target, at a distance `gap` from the surface.
 struct Walk {
@@ -21,16 +21,16 @@ struct Walk {
 Walk WalkFor(PressScript& script, double seconds, double gap) {
   Walk walk;
   double depth = -gap;
-  for (int i = 0; i * kTick < seconds; ++i) {
-    const DeviceGuide guide{true, kInward, -depth};
-    const HandIntent intent = script.Step(i * kTick, kTick, guide);
-    const double next = intent.p_M.dot(kInward) - gap;
+  for (int i = 0; i * kScriptTick < seconds; ++i) {
+    const DeviceGuide guide{true, kScriptInward, -depth};
+    const HandIntent intent = script.Step(i * kScriptTick, kScriptTick, guide);
+    const double next = intent.p_M.dot(kScriptInward) - gap;
     if (depth <= 0 && next > 0) ++walk.presses;
     depth = next;
     walk.deepest = std::max(walk.deepest, depth);
     walk.peak_speed = std::max(walk.peak_speed, intent.v_M.norm());
-    if (depth > 0) walk.contact += kTick;
-    if (depth > 0 && intent.v_M.norm() == 0) walk.held += kTick;
+    if (depth > 0) walk.contact += kScriptTick;
+    if (depth > 0 && intent.v_M.norm() == 0) walk.held += kScriptTick;
   }
   return walk;
 }
@@ -53,11 +53,11 @@ INSTANTIATE_TEST_SUITE_P(Gaps, PressScriptGapTest, testing::Values(0.0, 0.001, 0
 TEST(PressScriptTest, NeverFollowsANonsensicalGuide) {
   const double nan = std::numeric_limits<double>::quiet_NaN();
   for (const DeviceGuide& guide :
-       {DeviceGuide{true, kInward, nan}, DeviceGuide{true, {0, nan, 0}, 0.001},
-        DeviceGuide{true, {0, 0, 0}, 0.001}, DeviceGuide{true, kInward, 1e300}}) {
+       {DeviceGuide{true, kScriptInward, nan}, DeviceGuide{true, {0, nan, 0}, 0.001},
+        DeviceGuide{true, {0, 0, 0}, 0.001}, DeviceGuide{true, kScriptInward, 1e300}}) {
     PressScript script(0.005, 0.020, 0.01);
     for (int i = 0; i < 6000; ++i) {
-      ASSERT_EQ(script.Step(i * kTick, kTick, guide).p_M.norm(), 0) << guide.gap_M;
+      ASSERT_EQ(script.Step(i * kScriptTick, kScriptTick, guide).p_M.norm(), 0) << guide.gap_M;
     }
   }
 }
@@ -67,7 +67,8 @@ TEST(PressScriptTest, WaitsDuringAShortLossOfTheGuideAndThenContinues) {
   double advance = 0, before = 0, deepest = 0;
   for (int i = 0; i < 4000; ++i) {
     const bool known = i < 600 || i >= 800;
-    advance = script.Step(i * kTick, kTick, {known, kInward, 0.002 - advance}).p_M.dot(kInward);
+    advance = script.Step(i * kScriptTick, kScriptTick, {known, kScriptInward, 0.002 - advance})
+                  .p_M.dot(kScriptInward);
     if (i == 600) before = advance;
     if (!known) {
       ASSERT_NEAR(advance, before, 1e-12) << i;  // rounding of the clock
@@ -85,12 +86,13 @@ TEST(PressScriptTest, RetreatsSmoothlyWhenTheGuideStaysLost) {
   for (int i = 0; i < 4000; ++i) {
     const bool known = i < 700;
     const double advance =
-        script.Step(i * kTick, kTick, DeviceGuide{known, kInward, 0.002 - last}).p_M.dot(kInward);
+        script.Step(i * kScriptTick, kScriptTick, DeviceGuide{known, kScriptInward, 0.002 - last})
+            .p_M.dot(kScriptInward);
     went_in |= advance > 0.001;
     if (!known) {
       EXPECT_LE(advance, last + 1e-12);
     }
-    EXPECT_LE(std::abs(advance - last), 0.0201 * kTick) << i;
+    EXPECT_LE(std::abs(advance - last), 0.0201 * kScriptTick) << i;
     last = advance;
   }
   EXPECT_TRUE(went_in);

@@ -7,11 +7,11 @@
 namespace palpate {
 namespace {
 
-const Time kStart{std::chrono::hours(1)};
-constexpr double kSpeed = 0.02;  // [m/s]
+const Time kRateStart{std::chrono::hours(1)};
+constexpr double kFullSpeed = 0.02;  // [m/s]
 
-Time At(double t) {
-  return kStart + Seconds(t);
+Time RateTime(double t) {
+  return kRateStart + Seconds(t);
 }
 
 // A source that returns the value set by the test.
@@ -26,13 +26,13 @@ struct Scripted final : RateSource {
 class RateDeviceTest : public testing::Test {
  protected:
   RateDeviceTest()
-      : source_(new Scripted), device_(std::unique_ptr<RateSource>(source_), kSpeed, false) {}
+      : source_(new Scripted), device_(std::unique_ptr<RateSource>(source_), kFullSpeed, false) {}
 
   // Ticks of 1 ms for `seconds`; the source is polled every 5 ms if it `speaks`.
   DeviceReading Run(double seconds, bool speaks = true) {
     DeviceReading reading;
     for (int i = 0; i < std::lround(1000 * seconds); ++i, ++ms_) {
-      const Time now = At(0.001 * ms_);
+      const Time now = RateTime(0.001 * ms_);
       if (speaks && ms_ % 5 == 0) device_.Poll(now);
       reading = device_.Read(now);
       device_.WriteForce(force_);
@@ -69,15 +69,15 @@ TEST_F(RateDeviceTest, ASilentSourceStopsTheMotionAndThenDisengages) {
 // Reference: at most one command in 50 ms, one in 100 ms during a rumble, and a zero at its end.
 TEST(RumblePaceTest, SendsChangesAtMostEveryFiftyMillisecondsAndRepeats) {
   RumblePace pace;
-  EXPECT_FALSE(pace.Send(0, At(0)));
-  EXPECT_TRUE(pace.Send(0.5, At(0.005)));
-  EXPECT_FALSE(pace.Send(0.7, At(0.050)));
-  EXPECT_TRUE(pace.Send(0.7, At(0.056)));
-  EXPECT_FALSE(pace.Send(0.7, At(0.150)));
-  EXPECT_TRUE(pace.Send(0.7, At(0.160)));
-  EXPECT_FALSE(pace.Send(0.01, At(0.165)));
-  EXPECT_TRUE(pace.Send(0.01, At(0.215))) << "a force in the dead zone is none";
-  EXPECT_FALSE(pace.Send(0, At(1)));
+  EXPECT_FALSE(pace.Send(0, RateTime(0)));
+  EXPECT_TRUE(pace.Send(0.5, RateTime(0.005)));
+  EXPECT_FALSE(pace.Send(0.7, RateTime(0.050)));
+  EXPECT_TRUE(pace.Send(0.7, RateTime(0.056)));
+  EXPECT_FALSE(pace.Send(0.7, RateTime(0.150)));
+  EXPECT_TRUE(pace.Send(0.7, RateTime(0.160)));
+  EXPECT_FALSE(pace.Send(0.01, RateTime(0.165)));
+  EXPECT_TRUE(pace.Send(0.01, RateTime(0.215))) << "a force in the dead zone is none";
+  EXPECT_FALSE(pace.Send(0, RateTime(1)));
 }
 
 }  // namespace

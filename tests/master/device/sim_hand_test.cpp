@@ -10,7 +10,7 @@
 namespace palpate {
 namespace {
 
-const Eigen::Vector3d kInward(0, -1, 0);
+const Eigen::Vector3d kHandInward(0, -1, 0);
 constexpr double kGap = 0.004;    // [m]
 constexpr double kDepth = 0.005;  // [m]
 
@@ -21,9 +21,9 @@ std::vector<double> Press(SimHand& hand, double K, double seconds, double force_
   const Time start{std::chrono::hours(1)};
   for (int i = 0; i < seconds * 1000; ++i) {
     const DeviceReading reading = hand.Read(start + std::chrono::milliseconds(i));
-    const double depth = reading.p_M.dot(kInward) - kGap;
-    hand.WriteForce(-kInward * std::min(std::max(0.0, K * depth), force_limit));
-    hand.Guide({true, kInward, -depth});
+    const double depth = reading.p_M.dot(kHandInward) - kGap;
+    hand.WriteForce(-kHandInward * std::min(std::max(0.0, K * depth), force_limit));
+    hand.Guide({true, kHandInward, -depth});
     depths.push_back(depth);
   }
   return depths;

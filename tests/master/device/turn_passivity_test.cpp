@@ -10,14 +10,14 @@ namespace {
 
 using Eigen::Vector3d;
 
-constexpr double kTick = 0.001;  // [s]
+constexpr double kTurnTick = 0.001;  // [s]
 
 // A handle with an inertia of 2e-4 kg m2 that a torque turns, and a little friction.
 class Handle {
  public:
   void Step(const Vector3d& t) {
-    w_ += kTick / kInertia * (t - kFriction * w_);
-    const Vector3d turn = kTick * w_;
+    w_ += kTurnTick / kInertia * (t - kFriction * w_);
+    const Vector3d turn = kTurnTick * w_;
     received_ += t.dot(turn);
     const double angle = turn.norm();
     if (angle > 0) q_ = Eigen::Quaterniond(Eigen::AngleAxisd(angle, turn / angle)) * q_;
@@ -47,7 +47,7 @@ TEST(TurnPassivityTest, ATorqueThatDrivesTheHandleReceivesNoMoreThanTheCredit) {
     for (int i = 0; i < 1000; ++i) {
       handle.Step(t);
       turning.Observe(handle.q(), t, true);
-      largest = std::max(largest, std::abs(t.dot(handle.w())) * kTick);
+      largest = std::max(largest, std::abs(t.dot(handle.w())) * kTurnTick);
       const Vector3d wanted = 0.05 * handle.w().normalized();
       t = controlled ? turning.Apply(wanted) : wanted;
     }

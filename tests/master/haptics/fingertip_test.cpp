@@ -17,8 +17,8 @@
 namespace palpate {
 namespace {
 
-constexpr double kDepth = 0.003;  // [m]
-constexpr int kWindow = 50;       // samples
+constexpr double kFingerDepth = 0.003;  // [m]
+constexpr int kWindow = 50;             // samples
 
 // A foam behind a plane, the tool 4 mm before it.
 VirtualSlave::Options Foam(const Eigen::Vector3d& normal) {
@@ -49,7 +49,7 @@ TEST_P(AnyDirectionTest, TheHandPressesAlongTheNormalAndRetreatsEveryFourSeconds
       Eigen::AngleAxisd(1.1, Eigen::Vector3d(1, -2, 0.5).normalized()).toRotationMatrix();
   options.transform.position_scale = 0.5;
   Rig rig(options, RenderMode::kLocal, 12);
-  SimHand hand(kDepth / 0.5, 0.020 / 0.5);
+  SimHand hand(kFingerDepth / 0.5, 0.020 / 0.5);
   int presses = 0;
   double peak = 0, sideways = 0, last = -1;
   rig.Run(hand, 8, [&](const TickRecord& record) {
@@ -64,7 +64,7 @@ TEST_P(AnyDirectionTest, TheHandPressesAlongTheNormalAndRetreatsEveryFourSeconds
     EXPECT_GE(sent_S.dot(options.normal), -1e-12) << "it pushes outward";
   });
   EXPECT_EQ(presses, 2);
-  EXPECT_NEAR(peak, kDepth, 0.02 * kDepth);
+  EXPECT_NEAR(peak, kFingerDepth, 0.02 * kFingerDepth);
   EXPECT_LT(sideways, 1e-7);
   EXPECT_LT(rig.slave.depth(), 0) << "it went back";
 }
@@ -84,7 +84,7 @@ TEST_P(SlowStatesTest, TheForceIsTheLawAtTheHandsOwnPlace) {
   options.jitter = std::min(0.020, options.delay);
   options.loss = 0.05;
   Rig rig(options, RenderMode::kLocal, 12);
-  SimHand hand(kDepth, 0.020);
+  SimHand hand(kFingerDepth, 0.020);
   double peak = 0, worst = 0, last_force = 0, largest_step = 0;
   int followed = 0, damped = 0;
   rig.Run(hand, 3.95, [&](const TickRecord& record) {
@@ -104,8 +104,8 @@ TEST_P(SlowStatesTest, TheForceIsTheLawAtTheHandsOwnPlace) {
   EXPECT_GT(followed, 1800);
   EXPECT_EQ(damped, 0);
   EXPECT_LT(worst, 1e-6) << "the entry is where the hand came through, to 1e-9 m";
-  EXPECT_GT(peak, 0.9 * kDepth);
-  EXPECT_LT(peak, 1.02 * kDepth);
+  EXPECT_GT(peak, 0.9 * kFingerDepth);
+  EXPECT_LT(peak, 1.02 * kFingerDepth);
   // No step of the force: at most twice the change that the device's speed of 20 mm/s causes in a
   // tick of 1 ms.
   EXPECT_LT(largest_step, 2 * options.K * 0.020 * 0.001);

@@ -14,13 +14,10 @@
 namespace palpate {
 namespace {
 
-constexpr double kForceLimit = 3.3;    // [N]
-constexpr double kSlewLimit = 0.2;     // [N/ms]
-constexpr double kEnergyLimit = 1e-3;  // [J]
-constexpr double kTick = 0.001;        // [s]
-constexpr double kHandSpeed = 0.3;     // [m/s]
-constexpr double kHandChange = 0.01;   // of its speed in a tick [m/s]
-constexpr int kMaxTicks = 5000;        // [ticks]
+constexpr double kHandTick = 0.001;   // [s]
+constexpr double kHandSpeed = 0.3;    // [m/s]
+constexpr double kHandChange = 0.01;  // of its speed in a tick [m/s]
+constexpr int kMaxTicks = 5000;       // [ticks]
 
 using Falsification =
     std::function<void(SlaveState* state, int n)>;  // n: states since the beginning
@@ -190,7 +187,7 @@ class Sequence {
     const Eigen::Vector3d change = aim_ - hand.v_M;
     const double part = std::min(1.0, kHandChange / std::max(change.norm(), 1e-12));
     hand.v_M += part * change;
-    hand.p_M += kTick * hand.v_M;
+    hand.p_M += kHandTick * hand.v_M;
     const DeviceReading true_reading = hand;
     if (is_broken_) hand.p_M.x() = std::numeric_limits<double>::quiet_NaN();
     is_broken_ = false;

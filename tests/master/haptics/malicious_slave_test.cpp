@@ -16,19 +16,15 @@
 namespace palpate {
 namespace {
 
-constexpr double kForceLimit = 3.3;    // [N]
-constexpr double kSlewLimit = 0.2;     // [N/ms]
-constexpr double kEnergyLimit = 1e-3;  // [J]
-
 using Falsification = std::function<void(SlaveState*, int n)>;  // n: states since the beginning
 
-struct Row {
+struct FalseStates {
   std::string name;
   Falsification falsify;
   RenderMode render = RenderMode::kLocal;
   RemoteSettings settings = {0, {}, 1e9};
 };
-void PrintTo(const Row& row, std::ostream* out) {
+void PrintTo(const FalseStates& row, std::ostream* out) {
   *out << row.name;
 }
 
@@ -57,7 +53,7 @@ Falsification Force(double first, double second) {
 int Sign(int n) {
   return n % 2 == 0 ? 1 : -1;
 }
-RemoteSettings Scaled(double force_scale) {
+RemoteSettings ForceScale(double force_scale) {
   RemoteSettings settings{0, {}, 1e9};
   settings.transform.force_scale = force_scale;
   return settings;
@@ -66,7 +62,7 @@ Eigen::Vector3d Turned(int n) {
   return {std::sin(0.3 * n), std::cos(0.3 * n), 0};
 }
 
-const std::vector<Row> kRows{
+const std::vector<FalseStates> kRows{
     {"honest", [](SlaveState*, int) {}},
     {"force_limit_1e9_and_K_1e6", Stiffness(1e6)},
     {"K_1e12", Stiffness(1e12)},
@@ -80,7 +76,7 @@ const std::vector<Row> kRows{
        s->local_model.stiffness(0, 1) = 3e3;
        s->local_model.stiffness(1, 0) = -3e3;
      }},
-    {"force_scale_1e9", Stiffness(1e6), RenderMode::kLocal, Scaled(1e9)},
+    {"force_scale_1e9", Stiffness(1e6), RenderMode::kLocal, ForceScale(1e9)},
     {"reference_jumps_along",
      Restless([](LocalModel* m, int n) { m->reference.x() += 0.5 * Sign(n); })},
     {"reference_jumps_across",
@@ -120,7 +116,7 @@ const std::vector<Row> kRows{
     {"interpolate_3", Force(3, -3), RenderMode::kInterpolate},
 };
 
-class MaliciousSlaveTest : public testing::TestWithParam<Row> {};
+class MaliciousSlaveTest : public testing::TestWithParam<FalseStates> {};
 
 // Reference: the master's own limits, see port_energy.h.
 TEST_P(MaliciousSlaveTest, TheHandKeepsItsLimits) {

@@ -9,7 +9,7 @@
 namespace palpate {
 namespace {
 
-constexpr double kTick = 0.001;  // [s]
+constexpr double kPassivityTick = 0.001;  // [s]
 
 double Depth(double t) {
   return 0.005 * (1 - std::cos(2 * std::numbers::pi * t)) / 2 - 0.001;
@@ -19,17 +19,17 @@ double Speed(double t) {
 }
 
 // The operator moves in and out of a wall for `seconds`. `law` gives the force at depth and time.
-PassivityControl Press(const std::function<double(double, double)>& law, double seconds,
-                       double* damped) {
+PassivityControl PressAgainst(const std::function<double(double, double)>& law, double seconds,
+                              double* damped) {
   PassivityControl port;
   double sent = 0;
   *damped = 0;
-  for (int i = 0; i < seconds / kTick; ++i) {
-    const double t = i * kTick;
-    port.Observe({-Depth(t), 0, 0}, {sent, 0, 0}, kTick);
+  for (int i = 0; i < seconds / kPassivityTick; ++i) {
+    const double t = i * kPassivityTick;
+    port.Observe({-Depth(t), 0, 0}, {sent, 0, 0}, kPassivityTick);
     const double wanted = law(Depth(t), t);
     const Eigen::Vector3d v(-Speed(t), 0, 0);
-    sent = port.LimitToBalance(port.Apply({wanted, 0, 0}, v, kTick), v, 200).x();
+    sent = port.LimitToBalance(port.Apply({wanted, 0, 0}, v, kPassivityTick), v, 200).x();
     *damped = std::max(*damped, std::abs(sent - wanted));
     EXPECT_GE(sent, -1e-15) << "the damping never pulls";
     EXPECT_LE(sent, wanted + 1e-12);
@@ -47,12 +47,13 @@ struct PassivityControlTest : testing::Test {
 TEST_F(PassivityControlTest, ASpringIsNeverDampedBelowTheTabulatedBound) {
   double damped = 0;
   for (const double K : {100.0, 500.0, 1000.0, 1980.0}) {
-    const auto port = Press([K](double d, double) { return std::max(0.0, K * d); }, 3, &damped);
+    const auto port =
+        PressAgainst([K](double d, double) { return std::max(0.0, K * d); }, 3, &damped);
     EXPECT_EQ(damped, 0) << K;
-    constexpr double kTravel = 0.0025 * 2 * std::numbers::pi * kTick;
+    constexpr double kTravel = 0.0025 * 2 * std::numbers::pi * kPassivityTick;
     EXPECT_GE(port.min_balance(), -3 * K * kTravel * kTravel / 8) << K;
   }
-  Press([](double d, double) { return std::max(0.0, 4000 * d); }, 3, &damped);
+  PressAgainst([](double d, double) { return std::max(0.0, 4000 * d); }, 3, &damped);
   EXPECT_GT(damped, 0);
 }
 
@@ -63,17 +64,17 @@ TEST_F(PassivityControlTest, EnergyFromNowhereIsDampedAway) {
   const auto law = [](double d, double t) { return std::max(0.0, (Speed(t) < 0 ? 650 : 500) * d); };
   constexpr double kExcess = 0.5 * 150 * 0.004 * 0.004;
   double damped = 0;
-  const PassivityControl pressed = Press(law, 5, &damped);
+  const PassivityControl pressed = PressAgainst(law, 5, &damped);
   EXPECT_GT(damped, 0);
   EXPECT_GT(pressed.min_balance(), -kExcess / 2);
   EXPECT_GT(pressed.energy_in() - pressed.energy_out(), -5 * kExcess / 2);
 }
 
 TEST_F(PassivityControlTest, EnergiesNeverFallAndCloseWithTheWork) {
-  port.Observe({0, 0, 0}, {0, 0, 0}, kTick);
-  port.Observe({0, -0.001, 0}, {0, 2, 0}, kTick);  // pushed in against 2 N: 2 mJ
+  port.Observe({0, 0, 0}, {0, 0, 0}, kPassivityTick);
+  port.Observe({0, -0.001, 0}, {0, 2, 0}, kPassivityTick);  // pushed in against 2 N: 2 mJ
   EXPECT_NEAR(port.energy_in(), 0.002, 1e-15);
-  port.Observe({0, 0.0005, 0}, {0, 1, 0}, kTick);  // pushed out with 1 N: 1.5 mJ
+  port.Observe({0, 0.0005, 0}, {0, 1, 0}, kPassivityTick);  // pushed out with 1 N: 1.5 mJ
   EXPECT_NEAR(port.energy_in(), 0.002, 1e-15);
   EXPECT_NEAR(port.energy_out(), 0.0015, 1e-15);
 }
@@ -86,7 +87,7 @@ TEST_F(PassivityControlTest, AForceIsLimitedByTheEnergyFromTheOperator) {
   constexpr double kSlew = 200;
   double sent = 0;
   for (int i = 0; i < 500; ++i) {
-    port.Observe({-10e-6 * i, 0, 0}, {sent, 0, 0}, kTick);
+    port.Observe({-10e-6 * i, 0, 0}, {sent, 0, 0}, kPassivityTick);
     const Eigen::Vector3d wanted(2000 * 10e-6 * i, 0, 0);
     EXPECT_EQ(port.LimitToBalance(wanted, {-0.01, 0, 0}, kSlew), wanted) << i;
     sent = wanted.x();
@@ -101,16 +102,16 @@ TEST_F(PassivityControlTest, AForceIsLimitedByTheEnergyFromTheOperator) {
 // force falls to 0.1 N, the deficit is reduced by 0.1 mJ (half of the fall times the displacement);
 // the rest is below the 0.25 mJ that are not damped.
 TEST_F(PassivityControlTest, EnergyRepaidByAFallingForceIsNotDampedAgain) {
-  port.Observe({0, 0, 0}, {0, 0, 0}, kTick);
-  port.Observe({0.001, 0, 0}, {0.3, 0, 0}, kTick);
-  EXPECT_EQ(port.Apply({0.1, 0, 0}, {1, 0, 0}, kTick).x(), 0.1);
-  EXPECT_LT(port.Apply({0.3, 0, 0}, {1, 0, 0}, kTick).x(), 0.3);
+  port.Observe({0, 0, 0}, {0, 0, 0}, kPassivityTick);
+  port.Observe({0.001, 0, 0}, {0.3, 0, 0}, kPassivityTick);
+  EXPECT_EQ(port.Apply({0.1, 0, 0}, {1, 0, 0}, kPassivityTick).x(), 0.1);
+  EXPECT_LT(port.Apply({0.3, 0, 0}, {1, 0, 0}, kPassivityTick).x(), 0.3);
 }
 
 // If the force also changes its direction, a smaller part of the slew limit remains for its
 // decrease.
 TEST_F(PassivityControlTest, AHeldForceWithoutEnergyFallsFirst) {
-  port.Observe({0, 0, 0}, {3, 0, 0}, kTick);
+  port.Observe({0, 0, 0}, {3, 0, 0}, kPassivityTick);
   EXPECT_NEAR(port.LimitToBalance({3, 0, 0}, {0.2, 0, 0}, 200).x(), 1, 1e-12);
   EXPECT_TRUE(port.LimitToBalance({0, 3, 0}, {0.2, 0, 0}, 200).isZero(0));
 }
@@ -121,28 +122,28 @@ TEST_F(PassivityControlTest, AHeldForceWithoutEnergyFallsFirst) {
 TEST_F(PassivityControlTest, ADeviceThatYieldsEverFasterGetsNoMoreEnergy) {
   constexpr double kSlew = 200, kA = 20;  // [N/s], [m/s^2]
   double p = 0, v = 0, sent = 3;
-  port.Observe({0, 0, 0}, {0, 0, 0}, kTick);
+  port.Observe({0, 0, 0}, {0, 0, 0}, kPassivityTick);
   port.Observe({p -= 0.75e-3, 0, 0}, {sent, 0, 0}, 1e9);  // so slow that there is no damping
   for (int i = 0; i < 100; ++i) {
-    port.Observe({p += v * kTick, 0, 0}, {sent, 0, 0}, kTick);
-    v += kA * kTick;
+    port.Observe({p += v * kPassivityTick, 0, 0}, {sent, 0, 0}, kPassivityTick);
+    v += kA * kPassivityTick;
     const double wanted = port.LimitToBalance({3, 0, 0}, {v, 0, 0}, kSlew).x();
-    sent = std::max(wanted, sent - kSlew * kTick);
+    sent = std::max(wanted, sent - kSlew * kPassivityTick);
   }
   EXPECT_GE(port.min_balance(), -1e-3);
 }
 
 // A contact that ends with 1 mJ stored and begins again returns this energy once.
 TEST_F(PassivityControlTest, TheEnergyOfAContactIsReturnedOnce) {
-  port.Observe({0, 0, 0}, {0, 1, 0}, kTick);
+  port.Observe({0, 0, 0}, {0, 1, 0}, kPassivityTick);
   port.Observe({0, -0.001, 0}, {0, 1, 0}, 1e9);  // so slow that there is no damping
   EXPECT_NEAR(port.balance(), 1e-3, 1e-12);
-  port.Observe({0, -0.001, 0}, {0, 0, 0}, kTick);
+  port.Observe({0, -0.001, 0}, {0, 0, 0}, kPassivityTick);
   EXPECT_EQ(port.balance(), 0);
   port.CreditStored();
   EXPECT_NEAR(port.balance(), 1e-3, 1e-12);
-  port.Observe({0, -0.001, 0}, {0, 0, 0}, kTick);
-  port.Observe({0, -0.001, 0}, {0, 0, 0}, kTick);
+  port.Observe({0, -0.001, 0}, {0, 0, 0}, kPassivityTick);
+  port.Observe({0, -0.001, 0}, {0, 0, 0}, kPassivityTick);
   port.CreditStored();
   port.CreditStored();
   EXPECT_EQ(port.balance(), 0);
@@ -151,23 +152,23 @@ TEST_F(PassivityControlTest, TheEnergyOfAContactIsReturnedOnce) {
 // A debt outlives the contact that made it. Free motion reduces it as slowly as the credit W_0 is
 // renewed, and saves nothing.
 TEST_F(PassivityControlTest, AnEnergyDeficitIsRepaidByFreeMotion) {
-  port.Observe({0, 0, 0}, {0, 1, 0}, kTick);
+  port.Observe({0, 0, 0}, {0, 1, 0}, kPassivityTick);
   port.Observe({0, 1e-4, 0}, {0, 1, 0}, 1e9);  // pushed out: 0.1 mJ
   EXPECT_NEAR(port.balance(), -1e-4, 1e-12);
-  port.Observe({0, 2e-4, 0}, {0, 0, 0}, kTick);
-  EXPECT_NEAR(port.balance(), -1e-4 + 0.5e-3 / 60 * kTick, 1e-12);
-  for (int i = 0; i < 13000; ++i) port.Observe({0, 1e-3 * i, 0}, {0, 0, 0}, kTick);
+  port.Observe({0, 2e-4, 0}, {0, 0, 0}, kPassivityTick);
+  EXPECT_NEAR(port.balance(), -1e-4 + 0.5e-3 / 60 * kPassivityTick, 1e-12);
+  for (int i = 0; i < 13000; ++i) port.Observe({0, 1e-3 * i, 0}, {0, 0, 0}, kPassivityTick);
   EXPECT_EQ(port.balance(), 0);
 }
 
 // With an energy deficit larger than W_0 no force could begin: b v^2 T = 1 x 0.1^2 x 0.001 = 0.01
 // mJ per tick.
 TEST_F(PassivityControlTest, AnEnergyDeficitBeyondTheCreditIsRepaidAtOnce) {
-  port.Observe({0, 0, 0}, {0, 1, 0}, kTick);
+  port.Observe({0, 0, 0}, {0, 1, 0}, kPassivityTick);
   port.Observe({0, 0.6e-3, 0}, {0, 1, 0}, 1e9);
   EXPECT_NEAR(port.balance(), -0.6e-3, 1e-12);
   EXPECT_EQ(port.LimitToBalance({0, 1, 0}, {0, 0.1, 0}, 200), Eigen::Vector3d(0, 0, 0));
-  for (int i = 7; i < 17; ++i) port.Observe({0, 1e-4 * i, 0}, {0, 0, 0}, kTick);
+  for (int i = 7; i < 17; ++i) port.Observe({0, 1e-4 * i, 0}, {0, 0, 0}, kPassivityTick);
   EXPECT_NEAR(port.balance(), -0.5e-3, 1e-6);
 }
 
@@ -177,22 +178,22 @@ TEST_F(PassivityControlTest, MotionWithoutForceStoresNoEnergy) {
   constexpr double kAmplitude = 0.05, kOmega = 2 * std::numbers::pi;
   double p = 0, sent = 0;
   for (int i = 0; i < 12000; ++i) {
-    const double t = i * kTick;
+    const double t = i * kPassivityTick;
     const double v = t < 6 ? kAmplitude * kOmega * std::cos(kOmega * t) : 0.005;
-    p += v * kTick;
-    port.Observe({p, 0, 0}, {sent, 0, 0}, kTick);
+    p += v * kPassivityTick;
+    port.Observe({p, 0, 0}, {sent, 0, 0}, kPassivityTick);
     const Eigen::Vector3d wanted(t < 6.5 ? 1e-6 : 3, 0, 0);
-    sent = port.LimitToBalance(port.Apply(wanted, {v, 0, 0}, kTick), {v, 0, 0}, 200).x();
+    sent = port.LimitToBalance(port.Apply(wanted, {v, 0, 0}, kPassivityTick), {v, 0, 0}, 200).x();
   }
   EXPECT_GE(port.min_work(), -1.1 * PassivityControl::kEnergyCredit);
   EXPECT_LT(sent, 0.1) << "the hand went on in the push's direction: 5 mm/s x 3 N";
 }
 
 TEST_F(PassivityControlTest, ARestingHandIsNeverPushed) {
-  port.Observe({0, 0, 0}, {0, 1, 0}, kTick);
+  port.Observe({0, 0, 0}, {0, 1, 0}, kPassivityTick);
   port.Observe({0, 0.1, 0}, {0, 100, 0}, 1.0);
   ASSERT_LT(port.balance(), 0);
-  EXPECT_EQ(port.Apply({0, 1, 0}, {0, 1e-6, 0}, kTick), Eigen::Vector3d(0, 1, 0));
+  EXPECT_EQ(port.Apply({0, 1, 0}, {0, 1e-6, 0}, kPassivityTick), Eigen::Vector3d(0, 1, 0));
 }
 
 }  // namespace

@@ -107,11 +107,11 @@ TEST(PatchTest, AModelWorseThanTheHoldIsNotShown) {
   }
 }
 
-struct Row {
+struct FalsePatches {
   std::string name;
   std::function<void(ReceivedPatch*, int n)> falsify;  // n: patches since the beginning
 };
-void PrintTo(const Row& row, std::ostream* out) {
+void PrintTo(const FalsePatches& row, std::ostream* out) {
   *out << row.name;
 }
 void TurnTo(SurfacePatch* patch, double angle) {
@@ -135,7 +135,7 @@ void SetLearnt(ReceivedPatch* received, double ratio) {
   received->law.ratios.fill(ratio);
 }
 
-class MaliciousPatchTest : public testing::TestWithParam<Row> {};
+class MaliciousPatchTest : public testing::TestWithParam<FalsePatches> {};
 
 // Reference: the master's own limits, with any patch fifty times per second.
 TEST_P(MaliciousPatchTest, TheHandKeepsItsLimits) {
@@ -160,38 +160,42 @@ TEST_P(MaliciousPatchTest, TheHandKeepsItsLimits) {
 INSTANTIATE_TEST_SUITE_P(
     Rows, MaliciousPatchTest,
     testing::Values(
-        Row{"honest", [](ReceivedPatch*, int) {}},
-        Row{"K_1e9", [](ReceivedPatch* p, int) { p->patch.compliance *= 0; }},
-        Row{"K_alternates",
+        FalsePatches{"honest", [](ReceivedPatch*, int) {}},
+        FalsePatches{"K_1e9", [](ReceivedPatch* p, int) { p->patch.compliance *= 0; }},
+        FalsePatches{
+            "K_alternates",
             [](ReceivedPatch* p, int n) { p->patch.compliance *= n % 2 == 0 ? 1e-3F : 100.F; }},
-        Row{"compliance_is_negative", [](ReceivedPatch* p, int) { p->patch.compliance *= -1; }},
-        Row{"ratios_1e6", [](ReceivedPatch* p, int) { p->law.ratios.fill(1e6); }},
-        Row{"ratios_stand_on_edge",
-            [](ReceivedPatch* p, int n) {
-              p->law.ratios.fill(0);
-              p->law.ratios[static_cast<std::size_t>(n % kLawPoints)] = 50;
-            }},
-        Row{"surface_beats",
-            [](ReceivedPatch* p, int n) { p->law.offset.y() = 0.005 * std::sin(0.6 * n); }},
-        Row{"surface_flees", [](ReceivedPatch* p, int) { p->law.velocity.y() = 1e3; }},
-        Row{"surface_flickers",
+        FalsePatches{"compliance_is_negative",
+                     [](ReceivedPatch* p, int) { p->patch.compliance *= -1; }},
+        FalsePatches{"ratios_1e6", [](ReceivedPatch* p, int) { p->law.ratios.fill(1e6); }},
+        FalsePatches{"ratios_stand_on_edge",
+                     [](ReceivedPatch* p, int n) {
+                       p->law.ratios.fill(0);
+                       p->law.ratios[static_cast<std::size_t>(n % kLawPoints)] = 50;
+                     }},
+        FalsePatches{"surface_beats", [](ReceivedPatch* p,
+                                         int n) { p->law.offset.y() = 0.005 * std::sin(0.6 * n); }},
+        FalsePatches{"surface_flees", [](ReceivedPatch* p, int) { p->law.velocity.y() = 1e3; }},
+        FalsePatches{
+            "surface_flickers",
             [](ReceivedPatch* p, int n) { p->law.offset.y() = n % 2 == 0 ? 0.01 : -0.01; }},
-        Row{"normal_spins", [](ReceivedPatch* p, int n) { TurnTo(&p->patch, 0.3 * n); }},
-        Row{"normal_flips",
-            [](ReceivedPatch* p, int n) { TurnTo(&p->patch, n % 2 == 0 ? 0 : M_PI); }},
-        Row{"sphere_of_a_kilometre", [](ReceivedPatch* p, int) { p->patch.tools[0].radius = 1e3; }},
-        Row{"learnt", [](ReceivedPatch* p, int) { SetLearnt(p, 1); }},
-        Row{"learnt_says_nothing", [](ReceivedPatch* p, int) { SetLearnt(p, 1e-3); }},
-        Row{"learnt_says_1e6", [](ReceivedPatch* p, int) { SetLearnt(p, 1e6); }},
-        Row{"learnt_alternates",
-            [](ReceivedPatch* p, int n) { SetLearnt(p, n % 2 == 0 ? 0.01 : 100); }},
-        Row{"learnt_and_pulls", [](ReceivedPatch* p, int) { SetLearnt(p, -5); }},
-        Row{"one_epoch_for_ever",
-            [](ReceivedPatch* p, int n) {
-              p->patch.epoch = p->law.epoch = 1;
-              p->law.revision = static_cast<std::uint32_t>(n);
-              p->law.ratios.fill(n % 2 == 0 ? 100 : 0.01);
-            }}),
+        FalsePatches{"normal_spins", [](ReceivedPatch* p, int n) { TurnTo(&p->patch, 0.3 * n); }},
+        FalsePatches{"normal_flips",
+                     [](ReceivedPatch* p, int n) { TurnTo(&p->patch, n % 2 == 0 ? 0 : M_PI); }},
+        FalsePatches{"sphere_of_a_kilometre",
+                     [](ReceivedPatch* p, int) { p->patch.tools[0].radius = 1e3; }},
+        FalsePatches{"learnt", [](ReceivedPatch* p, int) { SetLearnt(p, 1); }},
+        FalsePatches{"learnt_says_nothing", [](ReceivedPatch* p, int) { SetLearnt(p, 1e-3); }},
+        FalsePatches{"learnt_says_1e6", [](ReceivedPatch* p, int) { SetLearnt(p, 1e6); }},
+        FalsePatches{"learnt_alternates",
+                     [](ReceivedPatch* p, int n) { SetLearnt(p, n % 2 == 0 ? 0.01 : 100); }},
+        FalsePatches{"learnt_and_pulls", [](ReceivedPatch* p, int) { SetLearnt(p, -5); }},
+        FalsePatches{"one_epoch_for_ever",
+                     [](ReceivedPatch* p, int n) {
+                       p->patch.epoch = p->law.epoch = 1;
+                       p->law.revision = static_cast<std::uint32_t>(n);
+                       p->law.ratios.fill(n % 2 == 0 ? 100 : 0.01);
+                     }}),
     [](const auto& row) { return row.param.name; });
 
 }  // namespace

@@ -10,18 +10,18 @@
 namespace palpate {
 namespace {
 
-constexpr double kDepth = 0.003;  // [m]
+constexpr double kPressDepth = 0.003;  // [m]
 
 // Results of one press with held forces.
-struct Press {
+struct PressOutcome {
   double peak_depth = -1;  // [m]
   int followed = 0, damped = 0;
 };
 
-Press RunPress(const VirtualSlave::Options& options) {
+PressOutcome RunPress(const VirtualSlave::Options& options) {
   Rig rig(options, RenderMode::kHold, 12);
-  SimHand hand(kDepth, 0.020);
-  Press press;
+  SimHand hand(kPressDepth, 0.020);
+  PressOutcome press;
   rig.Run(hand, 3.95, [&](const TickRecord& record) {
     press.damped += record.chain.reasons.Has(Reason::kPassivity) ? 1 : 0;
     if (record.state != OperatorState::kFollowing) return;
@@ -37,13 +37,13 @@ Press RunPress(const VirtualSlave::Options& options) {
 TEST(HoldStabilityTest, HeldForcesAreUndampedWithinTheTableAndDampedBeyond) {
   VirtualSlave::Options options;
   options.K = 60;
-  const Press soft = RunPress(options);
+  const PressOutcome soft = RunPress(options);
   EXPECT_GT(soft.followed, 1800);
   EXPECT_EQ(soft.damped, 0);
   options.K = 1000;
-  const Press stiff = RunPress(options);
+  const PressOutcome stiff = RunPress(options);
   EXPECT_GT(stiff.damped, 0);
-  EXPECT_LT(stiff.peak_depth, 1.1 * kDepth) << "no growing oscillation";
+  EXPECT_LT(stiff.peak_depth, 1.1 * kPressDepth) << "no growing oscillation";
 }
 
 // A light arm with nearly no damping: held forces at 60 Hz make it oscillate, the local model does
@@ -53,7 +53,7 @@ TEST(HoldStabilityTest, ALightArmIsStableWithTheLocalModelButNotWithHeldForces) 
     VirtualSlave::Options options;
     options.K = 1000;
     Rig rig(options, mode, 12);
-    SimHand hand(kDepth, 0.020, {0.3, 800, 4.0});
+    SimHand hand(kPressDepth, 0.020, {0.3, 800, 4.0});
     double path = 0, last = 0;
     rig.Run(hand, 2.0, [&](const TickRecord& record) {
       if (rig.t() > 1.2) path += std::abs(record.p_M.y() - last);
@@ -61,8 +61,8 @@ TEST(HoldStabilityTest, ALightArmIsStableWithTheLocalModelButNotWithHeldForces) 
     });
     return path;
   };
-  EXPECT_LT(restlessness(RenderMode::kLocal), kDepth);
-  EXPECT_GT(restlessness(RenderMode::kHold), 2 * kDepth);
+  EXPECT_LT(restlessness(RenderMode::kLocal), kPressDepth);
+  EXPECT_GT(restlessness(RenderMode::kHold), 2 * kPressDepth);
 }
 
 }  // namespace

@@ -17,7 +17,7 @@ Vector3d AnyOf(std::mt19937_64* random) {
   return {normal(*random), normal(*random), normal(*random)};
 }
 
-TeleopTransform Scaled(std::mt19937_64* random) {
+TeleopTransform RandomTransform(std::mt19937_64* random) {
   std::uniform_real_distribution<double> scale(0.01, 100);
   TeleopTransform transform;
   transform.position_scale = scale(*random);
@@ -31,7 +31,7 @@ TeleopTransform Scaled(std::mt19937_64* random) {
 TEST(TorqueTest, ForceAndTorqueScalePowerAlike) {
   std::mt19937_64 random(12);
   for (int i = 0; i < 1000; ++i) {
-    const TeleopTransform transform = Scaled(&random);
+    const TeleopTransform transform = RandomTransform(&random);
     const Vector3d f_S = AnyOf(&random), m_S = AnyOf(&random), v_M = AnyOf(&random),
                    w_M = AnyOf(&random);
     const double at_device =

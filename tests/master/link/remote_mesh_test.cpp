@@ -96,7 +96,7 @@ TEST_P(DamagedMeshTest, IsRefusedWithAReason) {
   EXPECT_THAT(reason, HasSubstr(GetParam().reason));
 }
 
-constexpr float kNan = std::numeric_limits<float>::quiet_NaN();
+constexpr float kFloatNan = std::numeric_limits<float>::quiet_NaN();
 
 INSTANTIATE_TEST_SUITE_P(
     OneEach, DamagedMeshTest,
@@ -104,11 +104,11 @@ INSTANTIATE_TEST_SUITE_P(
                     Damage{"nodes_per_element", [](auto* m) { m->set_nodes_per_element(4); }},
                     Damage{"elements", [](auto* m) { m->set_elements(5, 4); }},
                     Damage{"fixed_nodes", [](auto* m) { m->add_fixed_nodes(4); }},
-                    Damage{"positions", [](auto* m) { m->set_positions(2, kNan); }},
+                    Damage{"positions", [](auto* m) { m->set_positions(2, kFloatNan); }},
                     Damage{"positions", [](auto* m) { m->mutable_positions()->Truncate(9); }},
                     Damage{"traction", [](auto* m) { m->add_traction(1); }},
                     Damage{"traction", [](auto* m) {
-                             for (const float pascals : {1.F, 2.F, 3.F, kNan})
+                             for (const float pascals : {1.F, 2.F, 3.F, kFloatNan})
                                m->add_traction(pascals);
                            }}));
 

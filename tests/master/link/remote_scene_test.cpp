@@ -2,7 +2,6 @@
 
 #include <cmath>
 #include <functional>
-#include <limits>
 #include <stdexcept>
 
 #include <gmock/gmock.h>
@@ -10,6 +9,7 @@
 
 #include "palpate/v1/scene.pb.h"
 
+#include "tests/support/not_finite.h"
 #include "tests/support/thrown.h"
 
 namespace palpate {
@@ -70,8 +70,6 @@ TEST_P(MalformedSceneTest, IsRefusedAndNamed) {
   EXPECT_THAT(Thrown<std::runtime_error>([&] { ToRemoteScene(scene); }),
               testing::AllOf(testing::HasSubstr(GetParam().field), testing::HasSubstr("expected")));
 }
-
-constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
 
 INSTANTIATE_TEST_SUITE_P(
     OneFieldEach, MalformedSceneTest,

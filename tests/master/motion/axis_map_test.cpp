@@ -27,7 +27,7 @@ std::vector<AxisMap> All() {
   return all;
 }
 
-Eigen::Vector3d AnyVector(std::mt19937_64* random) {
+Eigen::Vector3d NormalVector(std::mt19937_64* random) {
   std::normal_distribution<double> normal;
   return {normal(*random), normal(*random), normal(*random)};
 }
@@ -47,10 +47,10 @@ TEST(AxisMapTest, KeepsThePowerOfForceAndTorque) {
   ASSERT_EQ(all.size(), 48U);
   for (const AxisMap& axes : all) {
     DeviceReading reading;
-    reading.p_M = AnyVector(&random);
-    reading.v_M = AnyVector(&random);
-    reading.w_M = AnyVector(&random);
-    const Eigen::Vector3d f_M = AnyVector(&random), t_M = AnyVector(&random);
+    reading.p_M = NormalVector(&random);
+    reading.v_M = NormalVector(&random);
+    reading.w_M = NormalVector(&random);
+    const Eigen::Vector3d f_M = NormalVector(&random), t_M = NormalVector(&random);
     const DeviceReading mapped = axes.ToMaster(reading);
     EXPECT_NEAR(f_M.dot(mapped.v_M), axes.ToDevice(f_M).dot(reading.v_M), 1e-14);
     EXPECT_NEAR(t_M.dot(mapped.w_M), axes.TorqueToDevice(t_M).dot(reading.w_M), 1e-14);
@@ -63,7 +63,7 @@ TEST(AxisMapTest, KeepsThePowerOfForceAndTorque) {
 TEST(AxisMapTest, TurnsWithTheHandle) {
   std::mt19937_64 random(2);
   for (const AxisMap& axes : All()) {
-    const Eigen::Vector3d turn = AnyVector(&random), point = AnyVector(&random);
+    const Eigen::Vector3d turn = NormalVector(&random), point = NormalVector(&random);
     DeviceReading reading;
     reading.q_M = Eigen::AngleAxisd(turn.norm(), turn.normalized());
     const DeviceReading mapped = axes.ToMaster(reading);

@@ -14,8 +14,8 @@ namespace {
 
 using Eigen::Vector3d;
 
-constexpr double kStiffest = 2000;  // [N/m]
-constexpr double kTick = 0.001;     // [s]
+constexpr double kStiffest = 2000;     // [N/m]
+constexpr double kMotionTick = 0.001;  // [s]
 
 Vector3d Somewhere(std::mt19937_64* random, double size = 1) {
   std::uniform_real_distribution<double> uniform(-size, size);
@@ -50,7 +50,7 @@ MotionOptions AnyOptions(std::mt19937_64* random) {
 }
 
 // A device in M at `p_M`.
-DeviceReading At(const Vector3d& p_M) {
+DeviceReading ReadingAt(const Vector3d& p_M) {
   DeviceReading reading;
   reading.p_M = p_M;
   return reading;
@@ -65,13 +65,13 @@ TEST(OperatorMotionPropertyTest, EngagingNeverMovesTheTool) {
     OperatorMotion motion(AnyOptions(&random), kStiffest);
     TeleopTransform transform = AnyTransform(&random);
     OperatorMotion::Situation now;
-    now.dt = kTick;
+    now.dt = kMotionTick;
     motion.SetSurface({true, Somewhere(&random).normalized(), 0.001, 0});
     Vector3d tip = Somewhere(&random);  // S
     for (std::uint32_t epoch = 1; epoch <= 4; ++epoch) {
       // Clutched: the device moves without commanding the tool.
       now.engaged = now.follows = false;
-      const DeviceReading reading = At(Somewhere(&random));
+      const DeviceReading reading = ReadingAt(Somewhere(&random));
       motion.Command(reading, transform, now);
       now.epoch = epoch;
       now.engaged = true;
@@ -86,7 +86,7 @@ TEST(OperatorMotionPropertyTest, EngagingNeverMovesTheTool) {
       }
       // Then the tool follows random device positions.
       for (int i = 0; i < 20; ++i) {
-        tip = transform.ToSlave(motion.Command(At(Somewhere(&random)), transform, now).p_M);
+        tip = transform.ToSlave(motion.Command(ReadingAt(Somewhere(&random)), transform, now).p_M);
       }
     }
   }
@@ -104,14 +104,14 @@ TEST(OperatorMotionPropertyTest, DeviceAndCommandExchangeTheSamePower) {
     options.contact_speed = 0;
     OperatorMotion motion(options, kStiffest);
     const TeleopTransform transform = AnyTransform(&random);
-    OperatorMotion::Situation now{1, true, true, kTick};
-    motion.Command(At(Somewhere(&random)), transform, now);
+    OperatorMotion::Situation now{1, true, true, kMotionTick};
+    motion.Command(ReadingAt(Somewhere(&random)), transform, now);
     Vector3d p = Somewhere(&random, 2);
-    motion.Command(At(p), transform, now);
-    const Vector3d from = motion.Command(At(p), transform, now).p_M;
+    motion.Command(ReadingAt(p), transform, now);
+    const Vector3d from = motion.Command(ReadingAt(p), transform, now).p_M;
     const Vector3d step = Somewhere(&random, 1e-6), f_M = Somewhere(&random);
     const Vector3d at_device = motion.ForceAtDevice(f_M) - motion.ForceAtDevice({0, 0, 0});
-    const Vector3d to = motion.Command(At(p + step), transform, now).p_M;
+    const Vector3d to = motion.Command(ReadingAt(p + step), transform, now).p_M;
     // A step that reaches the box's wall is not linear.
     const Vector3d after = motion.ForceAtDevice(f_M) - motion.ForceAtDevice({0, 0, 0});
     if ((after - at_device).norm() > 1e-9) continue;
@@ -131,12 +131,12 @@ TEST(OperatorMotionPropertyTest, LocksBoxAndFixturesCreateNoEnergy) {
     options.contact_speed = 0;
     OperatorMotion motion(options, kStiffest);
     const TeleopTransform transform = AnyTransform(&random);
-    const OperatorMotion::Situation now{1, true, true, kTick};
+    const OperatorMotion::Situation now{1, true, true, kMotionTick};
     const Vector3d begin = Somewhere(&random);
     Vector3d p = begin;
     double gained = 0, size = 0;
     for (int i = 0; i <= 100; ++i) {
-      motion.Command(At(p), transform, now);
+      motion.Command(ReadingAt(p), transform, now);
       const Vector3d next = i == 100 ? begin : Vector3d(p + Somewhere(&random, 0.1));
       const Vector3d f = motion.ForceAtDevice({0, 0, 0}), dp = next - p;
       const double damped = kStiffest / 2 * dp.squaredNorm();
@@ -164,14 +164,14 @@ TEST(OperatorMotionPropertyTest, TheSpeedLimitCreatesNoEnergy) {
     OperatorMotion motion(options, kStiffest);
     const double K = motion.contact_stiffness();
     const TeleopTransform transform;
-    const OperatorMotion::Situation now{1, true, true, kTick};
+    const OperatorMotion::Situation now{1, true, true, kMotionTick};
     DeviceGuide surface{true, {0, -1, 0}, 0, 0};
     motion.SetSurface(surface);
     const Vector3d begin(0, 0.001, 0);  // the surface is y = 0
     Vector3d p = begin;
     double gained = 0;
     const auto step_to = [&](const Vector3d& next) {
-      const Vector3d c = motion.Command(At(p), transform, now).p_M;
+      const Vector3d c = motion.Command(ReadingAt(p), transform, now).p_M;
       surface.gap_M = c.y();
       motion.SetSurface(surface);
       const Vector3d f = motion.ForceAtDevice({0, K * std::max(0.0, -c.y()), 0});
@@ -183,7 +183,7 @@ TEST(OperatorMotionPropertyTest, TheSpeedLimitCreatesNoEnergy) {
     double v = 0;
     for (int i = 0; i < 300; ++i) {
       if (i % 20 == 0) v = speed(random);
-      step_to(p + Vector3d(0, std::clamp(p.y() + v * kTick, -0.02, 0.02) - p.y(), 0));
+      step_to(p + Vector3d(0, std::clamp(p.y() + v * kMotionTick, -0.02, 0.02) - p.y(), 0));
     }
     while (p.y() < begin.y() - 1e-6) step_to(p + Vector3d(0, 1e-4, 0));
     step_to(begin);
@@ -198,21 +198,22 @@ TEST(OperatorMotionTest, LimitsTheApproachOnly) {
   OperatorMotion motion(options, kStiffest);
   TeleopTransform transform;
   transform.position_scale = 0.5;
-  const OperatorMotion::Situation now{1, true, true, kTick};
+  const OperatorMotion::Situation now{1, true, true, kMotionTick};
   DeviceGuide surface{true, {0, -1, 0}, 0, 0};
   motion.SetSurface(surface);
-  motion.Command(At({0, 0, 0}), transform, now);
-  DeviceReading fast = At({0.005, -0.003, 0});
+  motion.Command(ReadingAt({0, 0, 0}), transform, now);
+  DeviceReading fast = ReadingAt({0.005, -0.003, 0});
   fast.v_M = {5, -3, 0};
   const DeviceReading command = motion.Command(fast, transform, now);
   EXPECT_NEAR(command.p_M.x(), 0.005, 1e-15) << "along the surface it follows";
-  EXPECT_NEAR(command.p_M.y(), -0.010 / 0.5 * kTick, 1e-15) << "10 mm/s of the tool";
+  EXPECT_NEAR(command.p_M.y(), -0.010 / 0.5 * kMotionTick, 1e-15) << "10 mm/s of the tool";
   EXPECT_NEAR(command.v_M.y(), -0.010 / 0.5, 1e-15);
   EXPECT_NEAR(motion.ForceAtDevice({0, 0, 0}).y(), 1000 * (0.003 - 20e-6), 1e-9) << "and resists";
-  EXPECT_NEAR(motion.Command(At({0, 0.001, 0}), transform, now).p_M.y(), 0.001, 1e-15);
+  EXPECT_NEAR(motion.Command(ReadingAt({0, 0.001, 0}), transform, now).p_M.y(), 0.001, 1e-15);
   surface.gap_M = 0.025;
   motion.SetSurface(surface);  // 25 mm away at most 0.1 m/s of the device
-  EXPECT_NEAR(motion.Command(At({0, -0.5, 0}), transform, now).p_M.y(), 0.001 - 0.1 * kTick, 1e-15);
+  EXPECT_NEAR(motion.Command(ReadingAt({0, -0.5, 0}), transform, now).p_M.y(),
+              0.001 - 0.1 * kMotionTick, 1e-15);
 }
 
 // If the surface is lost during the lag, the command must not jump.
@@ -221,16 +222,16 @@ TEST(OperatorMotionTest, ALostSurfaceReleasesNoJump) {
   options.contact_speed = 0.010;
   OperatorMotion motion(options, kStiffest);
   const TeleopTransform transform;
-  const OperatorMotion::Situation now{1, true, true, kTick};
+  const OperatorMotion::Situation now{1, true, true, kMotionTick};
   DeviceGuide surface{true, {0, -1, 0}, 0, 0};
   motion.SetSurface(surface);
-  motion.Command(At({0, 0, 0}), transform, now);
-  double last = motion.Command(At({0, -0.001, 0}), transform, now).p_M.y();
+  motion.Command(ReadingAt({0, 0, 0}), transform, now);
+  double last = motion.Command(ReadingAt({0, -0.001, 0}), transform, now).p_M.y();
   surface.known = false;
   motion.SetSurface(surface);
   for (int i = 0; i < 200; ++i) {
-    const double y = motion.Command(At({0, -0.001, 0}), transform, now).p_M.y();
-    ASSERT_GE(y, last - 0.010 * kTick - 1e-15);
+    const double y = motion.Command(ReadingAt({0, -0.001, 0}), transform, now).p_M.y();
+    ASSERT_GE(y, last - 0.010 * kMotionTick - 1e-15);
     last = y;
   }
   EXPECT_NEAR(last, -0.001, 1e-15) << "it catches up";
@@ -248,9 +249,9 @@ TEST(OperatorMotionAllocationTest, ATickDoesNotAllocate) {
   const long before = AllocationCount();
   for (int i = 0; i < 1000; ++i) {
     const OperatorMotion::Situation now{static_cast<std::uint32_t>(i / 100), true, i % 100 > 5,
-                                        kTick};
+                                        kMotionTick};
     motion.SetSurface({true, {0, -1, 0}, 0, 0});
-    motion.Command(motion.ToMaster(At(Somewhere(&random))), transform, now);
+    motion.Command(motion.ToMaster(ReadingAt(Somewhere(&random))), transform, now);
     (void)motion.ForceAtDevice({1, 2, 3});
   }
   EXPECT_EQ(AllocationCount(), before);

@@ -21,24 +21,24 @@
 namespace palpate {
 namespace {
 
-constexpr Time kBegin{std::chrono::seconds(1'700'000'000)};
+constexpr Time kSessionBegin{std::chrono::seconds(1'700'000'000)};
 
-Eigen::Vector3d AnyVector(std::mt19937* random) {
+Eigen::Vector3d AnyTickVector(std::mt19937* random) {
   std::normal_distribution<double> number;
   return {number(*random), number(*random), number(*random)};
 }
 
 TickRecord AnyTick(std::mt19937* random, int i) {
   TickRecord tick;
-  tick.at = kBegin + std::chrono::milliseconds(i);
+  tick.at = kSessionBegin + std::chrono::milliseconds(i);
   tick.state = static_cast<OperatorState>(i % static_cast<int>(kOperatorStateCount));
-  tick.p_M = AnyVector(random);
-  tick.p_S = AnyVector(random);
+  tick.p_M = AnyTickVector(random);
+  tick.p_S = AnyTickVector(random);
   ForceChain& chain = tick.chain;
   chain.force_known = i % 5 != 0;
-  if (chain.force_known) chain.estimated = AnyVector(random);
+  if (chain.force_known) chain.estimated = AnyTickVector(random);
   for (auto* force : {&chain.local, &chain.scaled, &chain.passive, &chain.limited, &chain.sent}) {
-    *force = AnyVector(random);
+    *force = AnyTickVector(random);
   }
   chain.reasons.Add(static_cast<Reason>(i % static_cast<int>(kReasonCount)));
   chain.reasons.Add(static_cast<Reason>((3 * i + 1) % static_cast<int>(kReasonCount)));
@@ -48,12 +48,12 @@ TickRecord AnyTick(std::mt19937* random, int i) {
   if (tick.state_age >= 0) tick.sensed_age = tick.state_age + 0.02;
   tick.round_trip = i % 4 == 0 ? 0.0005 : 0;
   tick.marks = static_cast<std::uint32_t>(i / 50);
-  if (i % 9 == 0) tick.tare = AnyVector(random);
+  if (i % 9 == 0) tick.tare = AnyTickVector(random);
   tick.energy = 1e-3 * i;
-  if (i % 8 == 0) tick.torque = AnyVector(random);
+  if (i % 8 == 0) tick.torque = AnyTickVector(random);
   tick.has_truth = i % 6 == 0;
   if (!tick.has_truth) return tick;
-  tick.truth = AnyVector(random);
+  tick.truth = AnyTickVector(random);
   tick.truth_at = tick.at - std::chrono::nanoseconds(1234567);
   return tick;
 }
@@ -99,15 +99,15 @@ class SessionRecordingTest : public FolderTest {
       if (i % 3 == 0) {
         auto state = std::make_shared<v1::SlaveState>();
         state->set_sequence(static_cast<std::uint64_t>(i / 3));
-        ToProto(kBegin, state->mutable_sensed_at());
-        ToProto(kBegin, state->mutable_sent_at());
+        ToProto(kSessionBegin, state->mutable_sensed_at());
+        ToProto(kSessionBegin, state->mutable_sent_at());
         state->mutable_p_s_tip();
         ToProto(Eigen::Vector3d(0, i, 0), state->mutable_force());
         state->set_sigma(0.25F);
         state->set_validity(v1::VALIDITY_EXTRAPOLATED);
         state->mutable_details()->set_score(0.5F);
         states_.push_back(state->SerializeAsString());
-        recording.OnState({state, kBegin + std::chrono::milliseconds(i)});
+        recording.OnState({state, kSessionBegin + std::chrono::milliseconds(i)});
       }
       ticks_.push_back(AnyTick(&random, i));
       recording.OnTick(ticks_.back());

@@ -15,7 +15,7 @@ namespace {
 
 using Json = nlohmann::json;
 
-StationMoment Pressed() {
+StationMoment PressedMoment() {
   StationMoment moment;
   moment.ticks.any = true;
   moment.ticks.t = 12.5;
@@ -38,7 +38,7 @@ StationMoment Pressed() {
 }
 
 TEST(MomentJsonTest, ContainsTheValuesOfTheTick) {
-  const Json json = Json::parse(StatusJson(Pressed()));
+  const Json json = Json::parse(StatusJson(PressedMoment()));
   EXPECT_EQ(json["kind"], "status");
   EXPECT_EQ(json["t"], 12.5);
   const Json& printed = json["tick"];
@@ -58,7 +58,7 @@ TEST(MomentJsonTest, ContainsTheValuesOfTheTick) {
 
 // A state is no longer shown as the present one after a quarter of a second.
 TEST(MomentJsonTest, DetailsThatAreTooOldAreUnknown) {
-  StationMoment moment = Pressed();
+  StationMoment moment = PressedMoment();
   moment.status.fingers = {{"tool", {.force = Eigen::Vector3f(0, 1.5F, 0)}}};
   moment.slave_state.mutable_local_model()->set_revision(1);
   moment.slave_state_age = moment.ticks.newest.state_age = 0.2;
@@ -80,7 +80,7 @@ TEST(MomentJsonTest, DetailsThatAreTooOldAreUnknown) {
 }
 
 TEST(MomentJsonTest, TheLineIsLostConnectedDegradedOrGood) {
-  StationMoment moment = Pressed();
+  StationMoment moment = PressedMoment();
   const auto link = [&moment](const char* key) {
     return Json::parse(StatusJson(moment))["link"][key].get<std::string>();
   };
@@ -102,7 +102,7 @@ TEST(MomentJsonTest, TheLineIsLostConnectedDegradedOrGood) {
 
 // A force of zero and an unknown force are different.
 TEST(MomentJsonTest, WhatIsNotKnownIsNull) {
-  StationMoment moment = Pressed();
+  StationMoment moment = PressedMoment();
   moment.ticks.newest.chain.force_known = false;
   moment.slave_state.set_sequence(0);
   const Json json = Json::parse(StatusJson(moment));
@@ -166,7 +166,7 @@ TEST(MomentJsonTest, TheFieldComesWithItsPlaceInTheImage) {
 }
 
 TEST(MomentJsonTest, InvalidNumbersAndTextsGiveReadableJson) {
-  StationMoment moment = Pressed();
+  StationMoment moment = PressedMoment();
   moment.slave_state.set_sigma(std::numeric_limits<float>::quiet_NaN());
   moment.status.link.trouble = "\xff\xfe \"quoted\" \n";
   const Json json = Json::parse(StatusJson(moment));

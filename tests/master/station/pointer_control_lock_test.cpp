@@ -7,42 +7,43 @@ namespace {
 
 constexpr std::uint64_t kFirst = 1, kSecond = 2;
 
-Time At(int ms) {
+Time LockTime(int ms) {
   return Time{std::chrono::hours(1)} + std::chrono::milliseconds(ms);
 }
 
 TEST(PointerControlLockTest, TheFirstEngagedPageHasControlUntilItDisengages) {
   PointerControlLock lead;
-  EXPECT_TRUE(lead.Hears(kFirst, true, At(0)));
-  EXPECT_FALSE(lead.Hears(kSecond, true, At(10)));
-  EXPECT_FALSE(lead.Hears(kSecond, false, At(15))) << "what another page lets go is not the hand";
-  EXPECT_TRUE(lead.Hears(kFirst, true, At(20)));
-  EXPECT_TRUE(lead.Hears(kFirst, false, At(30)));
-  EXPECT_TRUE(lead.Hears(kSecond, true, At(40)));
+  EXPECT_TRUE(lead.Hears(kFirst, true, LockTime(0)));
+  EXPECT_FALSE(lead.Hears(kSecond, true, LockTime(10)));
+  EXPECT_FALSE(lead.Hears(kSecond, false, LockTime(15)))
+      << "what another page lets go is not the hand";
+  EXPECT_TRUE(lead.Hears(kFirst, true, LockTime(20)));
+  EXPECT_TRUE(lead.Hears(kFirst, false, LockTime(30)));
+  EXPECT_TRUE(lead.Hears(kSecond, true, LockTime(40)));
 }
 
 TEST(PointerControlLockTest, APageThatEngagedDuringAnothersControlMustReleaseFirst) {
   PointerControlLock lead;
-  EXPECT_TRUE(lead.Hears(kFirst, true, At(0)));
-  EXPECT_FALSE(lead.Hears(kSecond, true, At(10)));
-  EXPECT_TRUE(lead.Hears(kFirst, false, At(20)));
-  EXPECT_FALSE(lead.Hears(kSecond, true, At(30)));
-  EXPECT_FALSE(lead.Hears(kSecond, true, At(1000)));
-  EXPECT_TRUE(lead.Hears(kSecond, false, At(1010)));
-  EXPECT_TRUE(lead.Hears(kSecond, true, At(1020)));
+  EXPECT_TRUE(lead.Hears(kFirst, true, LockTime(0)));
+  EXPECT_FALSE(lead.Hears(kSecond, true, LockTime(10)));
+  EXPECT_TRUE(lead.Hears(kFirst, false, LockTime(20)));
+  EXPECT_FALSE(lead.Hears(kSecond, true, LockTime(30)));
+  EXPECT_FALSE(lead.Hears(kSecond, true, LockTime(1000)));
+  EXPECT_TRUE(lead.Hears(kSecond, false, LockTime(1010)));
+  EXPECT_TRUE(lead.Hears(kSecond, true, LockTime(1020)));
 }
 
 // A suspended laptop keeps its connection but sends nothing.
 TEST(PointerControlLockTest, ASilentPageLosesControlToAnotherPage) {
   PointerControlLock lead;
-  EXPECT_TRUE(lead.Hears(kFirst, true, At(0)));
-  EXPECT_FALSE(lead.Hears(kSecond, false, At(300))) << "nobody took it over";
-  EXPECT_TRUE(lead.Hears(kSecond, true, At(310)));
-  EXPECT_FALSE(lead.Hears(kFirst, true, At(320)));
-  EXPECT_TRUE(lead.Hears(kSecond, true, At(330)));
+  EXPECT_TRUE(lead.Hears(kFirst, true, LockTime(0)));
+  EXPECT_FALSE(lead.Hears(kSecond, false, LockTime(300))) << "nobody took it over";
+  EXPECT_TRUE(lead.Hears(kSecond, true, LockTime(310)));
+  EXPECT_FALSE(lead.Hears(kFirst, true, LockTime(320)));
+  EXPECT_TRUE(lead.Hears(kSecond, true, LockTime(330)));
   EXPECT_FALSE(lead.Leaves(kFirst));
   EXPECT_TRUE(lead.Leaves(kSecond));
-  EXPECT_TRUE(lead.Hears(kFirst, true, At(340)));
+  EXPECT_TRUE(lead.Hears(kFirst, true, LockTime(340)));
 }
 
 }  // namespace

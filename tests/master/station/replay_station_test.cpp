@@ -22,12 +22,12 @@ namespace {
 using Json = nlohmann::json;
 using testing::HasSubstr;
 
-constexpr int kText = 1, kTicks = 600;
-constexpr Time kBegin{std::chrono::seconds(1'700'000'000)};
+constexpr int kReplayTicks = 600;
+constexpr Time kReplayBegin{std::chrono::seconds(1'700'000'000)};
 
 TickRecord TickAt(int i) {
   TickRecord tick;
-  tick.at = kBegin + std::chrono::milliseconds(i);
+  tick.at = kReplayBegin + std::chrono::milliseconds(i);
   tick.state = OperatorState::kFollowing;
   tick.chain.sent = {0, 0.001 * i, 0};
   tick.marks = i >= 300 ? 1 : 0;
@@ -40,7 +40,7 @@ TickRecord TickAt(int i) {
 
 // When the sample of a state was taken, the slave's clock.
 Time SensedAt(int state) {
-  return kBegin + Seconds(0.1 * state);
+  return kReplayBegin + Seconds(0.1 * state);
 }
 
 class ReplayStationTest : public testing::Test {
@@ -51,12 +51,12 @@ class ReplayStationTest : public testing::Test {
                      {"device", "a hand"},
                      {"force_limit_N", "2.5"},
                      {"version", "0.0.9+a"}});
-    for (int i = 0; i < kTicks; ++i) {
+    for (int i = 0; i < kReplayTicks; ++i) {
       if (i > 0 && i % 100 == 0) PutState(&recording, i / 100 + 1);
       recording.OnTick(TickAt(i));
     }
     v1::TraceUpdate traces;
-    for (int i = 1; i <= kTicks / 100; ++i) {
+    for (int i = 1; i <= kReplayTicks / 100; ++i) {
       ToProto(SampleTrace{40U + static_cast<unsigned>(i), SensedAt(i), SensedAt(i) + Seconds(0.001),
                           SensedAt(i) + Seconds(0.004), SensedAt(i) + Seconds(0.005)},
               traces.add_samples());
@@ -75,7 +75,7 @@ class ReplayStationTest : public testing::Test {
     state.sent_at = SensedAt(number) + Seconds(0.007);
     auto message = std::make_shared<v1::SlaveState>();
     ToProto(state, message.get());
-    recording->OnState({message, kBegin + std::chrono::milliseconds(100 * (number - 1))});
+    recording->OnState({message, kReplayBegin + std::chrono::milliseconds(100 * (number - 1))});
   }
   void Open(double from, double speed) {
     replay_.emplace(file_);
@@ -122,7 +122,7 @@ TEST_F(ReplayStationTest, TheWayFromTheLightToTheHandIsReported) {
   EXPECT_NEAR(trace["wait"].get<double>(), 0.002, 1e-6);
   EXPECT_NEAR(trace["wire"].get<double>(), 0.002, 1e-6);
   EXPECT_NEAR(trace["total"].get<double>(), 0.010, 1e-6);
-  EXPECT_NEAR(status["samples"].back()[10].get<double>(), 0.002 * (kTicks - 1), 0.03);
+  EXPECT_NEAR(status["samples"].back()[10].get<double>(), 0.002 * (kReplayTicks - 1), 0.03);
 }
 
 TEST_F(ReplayStationTest, SendsTheTicksThatWereRecordedAndPausesAtTheEnd) {
@@ -138,8 +138,8 @@ TEST_F(ReplayStationTest, SendsTheTicksThatWereRecordedAndPausesAtTheEnd) {
     ++sent;
   } while (!IsPaused(status));
   EXPECT_GE(sent, 3);
-  EXPECT_NEAR(status["t"].get<double>(), 0.001 * (kTicks - 1), 1e-9);
-  EXPECT_EQ(status["replay"]["seconds"], 0.001 * (kTicks - 1));
+  EXPECT_NEAR(status["t"].get<double>(), 0.001 * (kReplayTicks - 1), 1e-9);
+  EXPECT_EQ(status["replay"]["seconds"], 0.001 * (kReplayTicks - 1));
 }
 
 TEST_F(ReplayStationTest, PausesAndGoesWhereItIsSent) {

@@ -22,17 +22,17 @@ using testing::ElementsAre;
 using testing::HasSubstr;
 using testing::IsEmpty;
 
-const Time kStart = Clock::now();
-Time At(double seconds) {
-  return kStart + Seconds(seconds);
+const Time kFleetStart = Clock::now();
+Time FleetTime(double seconds) {
+  return kFleetStart + Seconds(seconds);
 }
 
-SlaveState Pressed() {
+SlaveState PressedState() {
   SlaveState state;
   state.sequence = 1;
   // The slave's clock is an hour ahead: ages must not depend on it.
-  state.sensed_at = At(3600);
-  state.sent_at = At(3600.02);
+  state.sensed_at = FleetTime(3600);
+  state.sent_at = FleetTime(3600.02);
   state.validity = Validity::kValid;
   state.force = Eigen::Vector3d(0, 3, 4);
   state.sigma = 0.25;
@@ -61,8 +61,8 @@ SlaveLine Only(Fleet* fleet, Time now) {
 
 TEST(Fleet, ShowsForceValidityPhaseAndAgeOfTheNewestState) {
   Fleet fleet;
-  fleet.Take("palpate.block.state", BytesOf(Pressed()), At(0));
-  const SlaveLine line = Only(&fleet, At(0.1));
+  fleet.Take("palpate.block.state", BytesOf(PressedState()), FleetTime(0));
+  const SlaveLine line = Only(&fleet, FleetTime(0.1));
   EXPECT_EQ(line.name, "block");
   EXPECT_DOUBLE_EQ(line.force.value_or(0), 5);
   EXPECT_DOUBLE_EQ(line.sigma.value_or(0), 0.25);
@@ -77,10 +77,10 @@ TEST(Fleet, ShowsEveryPhaseByItsName) {
   std::vector<std::string> shown;
   for (int phase = v1::PHASE_READY; phase <= v1::Phase_MAX; ++phase) {
     Fleet fleet;
-    SlaveState state = Pressed();
+    SlaveState state = PressedState();
     state.phase = static_cast<Phase>(phase);
-    fleet.Take("palpate.block.state", BytesOf(state), At(0));
-    shown.push_back(Only(&fleet, At(0.1)).phase);
+    fleet.Take("palpate.block.state", BytesOf(state), FleetTime(0));
+    shown.push_back(Only(&fleet, FleetTime(0.1)).phase);
   }
   EXPECT_THAT(shown,
               ElementsAre("ready", "following", "clutched", "hold", "estop", "observing", "setup"));
@@ -88,24 +88,24 @@ TEST(Fleet, ShowsEveryPhaseByItsName) {
 
 TEST(Fleet, ShowsNoForceThatIsUnknown) {
   Fleet fleet;
-  SlaveState state = Pressed();
+  SlaveState state = PressedState();
   state.validity = Validity::kStale;
-  fleet.Take("palpate.block.state", BytesOf(state), At(0));
-  const SlaveLine line = Only(&fleet, At(0.1));
+  fleet.Take("palpate.block.state", BytesOf(state), FleetTime(0));
+  const SlaveLine line = Only(&fleet, FleetTime(0.1));
   EXPECT_EQ(line.validity, "stale");
   EXPECT_FALSE(line.force);
 }
 
 TEST(Fleet, ShowsWhatIsNoStateAsUnreadable) {
-  SlaveState far = Pressed();
+  SlaveState far = PressedState();
   v1::SlaveState infinite;
   ToProto(far, &infinite);
   infinite.mutable_force()->set_x(std::numeric_limits<double>::infinity());
   for (const std::string& bytes : {std::string(100, '\0'), infinite.SerializeAsString()}) {
     Fleet fleet;
-    fleet.Take("palpate.block.state", BytesOf(Pressed()), At(0));
-    fleet.Take("palpate.block.state", bytes, At(0.1));
-    const SlaveLine line = Only(&fleet, At(0.2));
+    fleet.Take("palpate.block.state", BytesOf(PressedState()), FleetTime(0));
+    fleet.Take("palpate.block.state", bytes, FleetTime(0.1));
+    const SlaveLine line = Only(&fleet, FleetTime(0.2));
     EXPECT_EQ(line.validity, "unreadable");
     EXPECT_FALSE(line.force);
     EXPECT_THAT(line.alarms, ElementsAre(HasSubstr("unreadable")));
@@ -114,34 +114,36 @@ TEST(Fleet, ShowsWhatIsNoStateAsUnreadable) {
 
 TEST(Fleet, ShowsAlarmsWithoutControlCharacters) {
   Fleet fleet;
-  fleet.Take("palpate.block.status", StatusOf(At(-9), "driver\x1b[2J is silent"), At(0));
-  fleet.Take("palpate.block.state", BytesOf(Pressed()), At(0));
-  EXPECT_THAT(Only(&fleet, At(0.1)).alarms, ElementsAre("driver [2J is silent"));
-  fleet.Take("palpate.block.status", StatusOf(At(-9)), At(1));
-  fleet.Take("palpate.block.state", BytesOf(Pressed()), At(1));
-  EXPECT_THAT(Only(&fleet, At(1.1)).alarms, IsEmpty());
+  fleet.Take("palpate.block.status", StatusOf(FleetTime(-9), "driver\x1b[2J is silent"),
+             FleetTime(0));
+  fleet.Take("palpate.block.state", BytesOf(PressedState()), FleetTime(0));
+  EXPECT_THAT(Only(&fleet, FleetTime(0.1)).alarms, ElementsAre("driver [2J is silent"));
+  fleet.Take("palpate.block.status", StatusOf(FleetTime(-9)), FleetTime(1));
+  fleet.Take("palpate.block.state", BytesOf(PressedState()), FleetTime(1));
+  EXPECT_THAT(Only(&fleet, FleetTime(1.1)).alarms, IsEmpty());
 }
 
 TEST(Fleet, DistinguishesTwoSlavesOfOneNameFromARestart) {
   Fleet fleet;
   const auto publish = [&](double started) {
-    fleet.Take("palpate.block.status", StatusOf(At(started)), At(0));
-    fleet.Take("palpate.block.state", BytesOf(Pressed()), At(0));
+    fleet.Take("palpate.block.status", StatusOf(FleetTime(started)), FleetTime(0));
+    fleet.Take("palpate.block.state", BytesOf(PressedState()), FleetTime(0));
   };
   publish(-9), publish(-5);
-  EXPECT_THAT(Only(&fleet, At(0.1)).alarms, IsEmpty());
+  EXPECT_THAT(Only(&fleet, FleetTime(0.1)).alarms, IsEmpty());
   publish(-9);
-  EXPECT_THAT(Only(&fleet, At(0.2)).alarms, ElementsAre("two slaves publish with this name"));
+  EXPECT_THAT(Only(&fleet, FleetTime(0.2)).alarms,
+              ElementsAre("two slaves publish with this name"));
 }
 
 TEST(Fleet, KeepsABoundedNumberAndIgnoresOtherSubjects) {
   Fleet fleet;
   for (const char* subject : {"other.a.state", "palpate.a.mesh", "palpate.state", ""})
-    fleet.Take(subject, BytesOf(Pressed()), At(0));
-  EXPECT_THAT(fleet.Lines(At(0)), IsEmpty());
+    fleet.Take(subject, BytesOf(PressedState()), FleetTime(0));
+  EXPECT_THAT(fleet.Lines(FleetTime(0)), IsEmpty());
   for (std::size_t i = 0; i < Fleet::kMaxSlaves + 10; ++i)
-    fleet.Take("palpate.s" + std::to_string(i) + ".state", BytesOf(Pressed()), At(0));
-  EXPECT_EQ(fleet.Lines(At(0)).size(), Fleet::kMaxSlaves);
+    fleet.Take("palpate.s" + std::to_string(i) + ".state", BytesOf(PressedState()), FleetTime(0));
+  EXPECT_EQ(fleet.Lines(FleetTime(0)).size(), Fleet::kMaxSlaves);
 }
 
 }  // namespace

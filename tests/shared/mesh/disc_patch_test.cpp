@@ -2,19 +2,18 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <numbers>
 #include <random>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "tests/support/not_finite.h"
+
 namespace palpate {
 namespace {
 
 using Eigen::Vector3d;
-
-constexpr double kInf = std::numeric_limits<double>::infinity();
 
 SurfaceMesh Box(double size) {
   return SurfaceOf(MeshBox({size, size, size}, {4, 4, 4}));

@@ -19,7 +19,7 @@ double Volume(const SolidMesh& mesh) {
   return volume;
 }
 
-Vector3d At(const SurfaceMesh& surface, int node) {
+Vector3d NodeAt(const SurfaceMesh& surface, int node) {
   return surface.nodes[static_cast<std::size_t>(node)];
 }
 
@@ -32,7 +32,7 @@ struct Enclosed {
 Enclosed EnclosedBy(const SurfaceMesh& surface) {
   Enclosed enclosed;
   for (const auto& [a, b, c] : surface.triangles) {
-    const Vector3d p = At(surface, a), q = At(surface, b), r = At(surface, c);
+    const Vector3d p = NodeAt(surface, a), q = NodeAt(surface, b), r = NodeAt(surface, c);
     enclosed.area += 0.5 * (q - p).cross(r - p);
     enclosed.volume += p.dot(q.cross(r)) / 6;
   }

@@ -22,11 +22,11 @@ namespace {
 using ::testing::HasSubstr;
 using ::testing::IsEmpty;
 
-struct Message {
+struct LoggedMessage {
   std::string topic;
   std::uint64_t time = 0;
   std::string data;
-  bool operator==(const Message&) const = default;
+  bool operator==(const LoggedMessage&) const = default;
 };
 
 class McapTest : public ::testing::Test {
@@ -35,13 +35,13 @@ class McapTest : public ::testing::Test {
   ~McapTest() override { std::filesystem::remove_all(folder_); }
 
   // Two topics, a file and a note; a chunk each eight messages.
-  std::vector<Message> WriteSmall(const std::filesystem::path& file) {
+  std::vector<LoggedMessage> WriteSmall(const std::filesystem::path& file) {
     McapWriter writer(file, {.library = "test"});
     writer.Attach("scene.yaml", "text/yaml", "name: block\n", 5);
     writer.Note("made", {{"by", "us"}, {"when", "now"}});
     const auto a = writer.AddChannel("/a", {"A", "protobuf", "schema of A"});
     const auto b = writer.AddChannel("/b", {"B", "protobuf", "schema of B"});
-    std::vector<Message> messages;
+    std::vector<LoggedMessage> messages;
     for (std::uint64_t i = 0; i < 24; ++i) {
       messages.push_back({i % 3 == 0 ? "/b" : "/a", 1000 + 10 * i, std::string(i, 'x')});
       writer.Write(i % 3 == 0 ? b : a, messages.back().time, messages.back().data);
@@ -49,8 +49,8 @@ class McapTest : public ::testing::Test {
     }
     return messages;
   }
-  static std::vector<Message> ReadAll(McapReader* reader) {
-    std::vector<Message> messages;
+  static std::vector<LoggedMessage> ReadAll(McapReader* reader) {
+    std::vector<LoggedMessage> messages;
     for (McapMessage message; reader->Next(&message);) {
       messages.push_back(
           {reader->channel(message.channel)->topic, message.time, std::string(message.data)});
@@ -127,7 +127,7 @@ TEST_F(McapTest, ADamagedByteNeverMakesAMessageThatWasNotWritten) {
     damaged[i] = static_cast<char>(damaged[i] ^ flip);
     WriteBytes(other_, damaged);
     McapReader reader(other_);
-    for (const Message& message : ReadAll(&reader)) {
+    for (const LoggedMessage& message : ReadAll(&reader)) {
       ASSERT_NE(std::ranges::find(written, message), written.end()) << "byte " << i;
     }
   }

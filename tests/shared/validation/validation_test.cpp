@@ -2,16 +2,15 @@
 
 #include <cmath>
 #include <functional>
-#include <limits>
 #include <string>
 #include <vector>
 
 #include <gtest/gtest.h>
 
+#include "tests/support/not_finite.h"
+
 namespace palpate {
 namespace {
-
-constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
 
 ContactEstimate PressedEstimate() {
   ContactEstimate estimate;

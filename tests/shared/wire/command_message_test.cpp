@@ -1,18 +1,15 @@
-#include <limits>
 #include <vector>
 
 #include <gtest/gtest.h>
 
 #include "shared/wire/state_message.h"
 #include "tests/shared/wire/samples.h"
+#include "tests/support/not_finite.h"
 
 namespace palpate {
 namespace {
 
-constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
-constexpr double kInf = std::numeric_limits<double>::infinity();
-
-v1::OperatorCommand FullMessage() {
+v1::OperatorCommand FullCommandMessage() {
   v1::OperatorCommand message;
   ToProto(FullCommand(), &message);
   return message;
@@ -28,7 +25,7 @@ void SetRotation(const std::vector<double>& numbers, v1::OperatorCommand* messag
 }
 
 TEST(CommandMessageTest, ARotationRoundedToSinglePrecisionIsMadeAUnitQuaternion) {
-  v1::OperatorCommand message = FullMessage();
+  v1::OperatorCommand message = FullCommandMessage();
   SetRotation({0.6005, 0, -0.8005, 0}, &message);
   std::string reason;
   const auto command = FromProto(message, &reason);
@@ -52,7 +49,7 @@ using CommandRow = Malformation<v1::OperatorCommand>;
 class MalformedCommandTest : public testing::TestWithParam<CommandRow> {};
 
 TEST_P(MalformedCommandTest, IsRefusedAndNamed) {
-  ExpectRefused(FullMessage(), GetParam());
+  ExpectRefused(FullCommandMessage(), GetParam());
 }
 
 INSTANTIATE_TEST_SUITE_P(

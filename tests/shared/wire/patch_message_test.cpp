@@ -57,7 +57,7 @@ PatchLaw LargestLaw() {
   return law;
 }
 
-v1::SurfacePatch Message() {
+v1::SurfacePatch FullPatch() {
   v1::SurfacePatch message;
   ToProto(Largest(), &message);
   return message;
@@ -66,7 +66,7 @@ v1::SurfacePatch Message() {
 // Reference: proto/README.md: at most 64 kB once and 256 bytes per update. Numbers are sent as
 // float.
 TEST(PatchMessageTest, TheLargestMessageFitsAndIsReadUnchanged) {
-  const v1::SurfacePatch message = Message();
+  const v1::SurfacePatch message = FullPatch();
   EXPECT_LE(message.ByteSizeLong(), kMaxPatchBytes);
   std::string reason;
   const auto patch = FromProto(message, &reason);
@@ -102,7 +102,7 @@ TEST(PatchMessageTest, TheLargestLawFitsIntoAState) {
 
 // Reference: a spring. A matrix that is no spring is replaced by the nearest spring.
 TEST(PatchMessageTest, AComplianceThatWouldGiveEnergyIsMadePassive) {
-  v1::SurfacePatch message = Message();
+  v1::SurfacePatch message = FullPatch();
   message.set_compliance(1, 0.5F);  // beside a diagonal of 1e-3
   std::string reason;
   const auto patch = FromProto(message, &reason);
@@ -119,21 +119,21 @@ struct Harm {
 class MaliciousPatchTest : public testing::TestWithParam<Harm> {};
 
 TEST_P(MaliciousPatchTest, IsRefusedAndNamed) {
-  v1::SurfacePatch message = Message();
+  v1::SurfacePatch message = FullPatch();
   GetParam().apply(&message);
   std::string reason;
   EXPECT_FALSE(FromProto(message, &reason));
   EXPECT_THAT(reason, testing::HasSubstr(GetParam().reason));
 }
 
-constexpr float kNan = std::numeric_limits<float>::quiet_NaN();
-constexpr float kInf = std::numeric_limits<float>::infinity();
+constexpr float kFloatNan = std::numeric_limits<float>::quiet_NaN();
+constexpr float kFloatInf = std::numeric_limits<float>::infinity();
 using M = v1::SurfacePatch;
 
 INSTANTIATE_TEST_SUITE_P(
     Rows, MaliciousPatchTest,
     testing::Values(Harm{"epoch", [](M* m) { m->set_epoch(0); }},
-                    Harm{"vertices", [](M* m) { m->set_vertices(3, kNan); }},
+                    Harm{"vertices", [](M* m) { m->set_vertices(3, kFloatNan); }},
                     Harm{"vertices", [](M* m) { m->add_vertices(1); }},
                     Harm{"vertices", [](M* m) { m->mutable_vertices()->Resize(3'000'000, 0.F); }},
                     Harm{"cells", [](M* m) { m->set_cells(5, 0xFFFFFFFF); }},
@@ -141,7 +141,7 @@ INSTANTIATE_TEST_SUITE_P(
                     Harm{"nodes", [](M* m) { m->set_nodes(0, 32); }},
                     Harm{"nodes", [](M* m) { m->mutable_nodes()->Resize(1'000'000, 0); }},
                     Harm{"directions", [](M* m) { m->set_directions(2); }},
-                    Harm{"compliance", [](M* m) { m->set_compliance(0, kNan); }},
+                    Harm{"compliance", [](M* m) { m->set_compliance(0, kFloatNan); }},
                     Harm{"compliance", [](M* m) { m->add_compliance(0); }},
                     Harm{"tools", [](M* m) { m->add_tools(); }},
                     Harm{"tools.radius", [](M* m) { m->mutable_tools(0)->set_radius(-1); }},
@@ -153,7 +153,7 @@ TEST(PatchMessageTest, ALawThatIsNoneIsRefused) {
       [](v1::PatchLaw* m) { m->set_epoch(0); },
       [](v1::PatchLaw* m) { m->clear_ratios(); },
       [](v1::PatchLaw* m) { m->add_ratios(1); },
-      [](v1::PatchLaw* m) { m->set_ratios(3, kNan); },
+      [](v1::PatchLaw* m) { m->set_ratios(3, kFloatNan); },
       [](v1::PatchLaw* m) { m->set_friction(-0.1F); },
       [](v1::PatchLaw* m) { m->set_velocity_error(-1); },
       [](v1::PatchLaw* m) { m->mutable_sensed_at()->set_nanos(-1); }};

@@ -1,19 +1,16 @@
 #include "shared/wire/state_message.h"
 
 #include <functional>
-#include <limits>
 
 #include <gtest/gtest.h>
 
 #include "tests/shared/wire/samples.h"
+#include "tests/support/not_finite.h"
 
 namespace palpate {
 namespace {
 
-constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
-constexpr double kInf = std::numeric_limits<double>::infinity();
-
-v1::SlaveState FullMessage() {
+v1::SlaveState FullStateMessage() {
   v1::SlaveState message;
   ToProto(FullState(), &message);
   return message;
@@ -43,7 +40,7 @@ TEST(StateMessageTest, OneFingerIsTheToolAndIsNotSentTwice) {
 }
 
 TEST(StateMessageTest, OfTooManyFingersTheFirstAreRead) {
-  v1::SlaveState message = FullMessage();
+  v1::SlaveState message = FullStateMessage();
   while (message.fingers_size() < 9) *message.add_fingers() = message.fingers(0);
   EXPECT_EQ(Read(message).finger_count, kMaxFingers);
 }
@@ -118,7 +115,7 @@ TEST(StateMessageTest, TheLargestPlanarStateFitsInto256Bytes) {
 }
 
 TEST(StateMessageTest, UnknownEnumerationValuesBecomeSafeOnes) {
-  v1::SlaveState message = FullMessage();
+  v1::SlaveState message = FullStateMessage();
   message.set_validity(static_cast<v1::Validity>(77));
   message.set_phase(static_cast<v1::Phase>(77));
   message.add_events(static_cast<v1::Event>(77));
@@ -136,7 +133,7 @@ using StateRow = Malformation<v1::SlaveState>;
 class MalformedStateTest : public testing::TestWithParam<StateRow> {};
 
 TEST_P(MalformedStateTest, IsRefusedAndNamed) {
-  ExpectRefused(FullMessage(), GetParam());
+  ExpectRefused(FullStateMessage(), GetParam());
 }
 
 INSTANTIATE_TEST_SUITE_P(

@@ -40,7 +40,7 @@ void ExpectSamePixels(const cv::Mat& read, const cv::Mat& expected, const std::s
   EXPECT_EQ(cv::norm(read, expected, cv::NORM_INF), 0) << which;
 }
 
-cv::Mat Noise(int type, const cv::Size& size = {61, 47}) {
+cv::Mat NoisePixels(int type, const cv::Size& size = {61, 47}) {
   cv::Mat image(size, type);
   cv::RNG(7).fill(image, cv::RNG::UNIFORM, 0, CV_MAT_DEPTH(type) == CV_16U ? 65536 : 256);
   return image;
@@ -78,7 +78,7 @@ Buffer PngOf(const PngKind& kind, bool interlaced) {
   if (kind.transparent) png_set_tRNS(png, info, alphas, 2, &clear);
   png_set_gAMA(png, info, 0.5);
   png_write_info(png, info);
-  cv::Mat rows = Noise(CV_8UC1, {static_cast<int>(png_get_rowbytes(png, info)), kRows});
+  cv::Mat rows = NoisePixels(CV_8UC1, {static_cast<int>(png_get_rowbytes(png, info)), kRows});
   std::vector<png_bytep> pointers;
   for (int y = 0; y < kRows; ++y) pointers.push_back(rows.ptr(y));
   png_write_image(png, pointers.data());
@@ -120,7 +120,7 @@ TEST(OpenJpegTest, JpegsAreReadAsOpenCvReadsThem) {
       for (const int quality : {20, 90, 100}) {
         Buffer bytes;
         ASSERT_TRUE(cv::imencode(
-            ".jpg", Noise(type), bytes,
+            ".jpg", NoisePixels(type), bytes,
             {cv::IMWRITE_JPEG_QUALITY, quality, cv::IMWRITE_JPEG_PROGRESSIVE, progressive}));
         const auto image = OpenJpeg(bytes);
         ASSERT_TRUE(image);
@@ -136,7 +136,7 @@ TEST(OpenJpegTest, JpegsAreReadAsOpenCvReadsThem) {
 TEST(OpenImageTest, NoCutFileIsRead) {
   for (const std::string format : {".png", ".jpg"}) {
     Buffer bytes;
-    ASSERT_TRUE(cv::imencode(format, Noise(CV_8UC3, {20, 16}), bytes));
+    ASSERT_TRUE(cv::imencode(format, NoisePixels(CV_8UC3, {20, 16}), bytes));
     const std::size_t end = bytes.size() - (format == ".jpg" ? 2 : 0);
     for (std::size_t kept = 8; kept < end; ++kept) {
       const std::string complaint = Thrown<std::exception>([&] {
@@ -152,7 +152,7 @@ TEST(OpenImageTest, NoCutFileIsRead) {
 TEST(OpenImageTest, DamagedPixelsAreRefusedWithoutOtherWords) {
   for (const std::string format : {".png", ".jpg"}) {
     Buffer bytes;
-    ASSERT_TRUE(cv::imencode(format, Noise(CV_8UC1), bytes));
+    ASSERT_TRUE(cv::imencode(format, NoisePixels(CV_8UC1), bytes));
     const auto middle = bytes.begin() + static_cast<std::ptrdiff_t>(bytes.size() / 2);
     std::fill(middle, middle + 40, static_cast<unsigned char>(0xff));
     testing::internal::CaptureStderr();
@@ -165,7 +165,7 @@ TEST(OpenImageTest, DamagedPixelsAreRefusedWithoutOtherWords) {
 
 TEST(EncodePngTest, ImagesSurviveTheRoundTrip) {
   for (const int type : {CV_8UC1, CV_8UC3, CV_16UC1, CV_16UC3}) {
-    const cv::Mat whole = Noise(type), part = whole(cv::Rect(3, 5, 40, 30));
+    const cv::Mat whole = NoisePixels(type), part = whole(cv::Rect(3, 5, 40, 30));
     ExpectSamePixels(Decode(EncodePng(whole)), whole, cv::typeToString(type));
     ExpectSamePixels(Decode(EncodePng(part)), part, "rows apart");
   }

@@ -15,20 +15,21 @@ using testing::HasSubstr;
 using Encoding = PushedImage::Encoding;
 
 constexpr ImageInbox::SenderId kDriver = 1, kOther = 2;
-constexpr int kWidth = 64, kHeight = 48;
+constexpr int kPushedWidth = 64, kPushedHeight = 48;
 
 Scene Mono() {
   Scene scene;
-  scene.sense.Set(CameraOptions{
-      .camera = Camera{.source = Camera::Source::kStream, .rate = 30, .size = {kWidth, kHeight}}});
+  scene.sense.Set(CameraOptions{.camera = Camera{.source = Camera::Source::kStream,
+                                                 .rate = 30,
+                                                 .size = {kPushedWidth, kPushedHeight}}});
   return scene;
 }
 
-Scene Pair() {
+Scene PushedPair() {
   Scene scene;
   StereoCameras pair;
   pair.source = StereoCameras::Source::kStream;
-  pair.size = {kWidth, kHeight};
+  pair.size = {kPushedWidth, kPushedHeight};
   scene.sense.Set(PointsOptions{.cameras = pair});
   return scene;
 }
@@ -39,8 +40,8 @@ Scene Depth() {
   return scene;
 }
 
-cv::Mat Ramp(int type, int width = kWidth) {
-  cv::Mat image(kHeight, width, type);
+cv::Mat Ramp(int type, int width = kPushedWidth) {
+  cv::Mat image(kPushedHeight, width, type);
   for (int i = 0; i < static_cast<int>(image.total() * image.elemSize()); ++i) {
     image.data[i] = static_cast<unsigned char>(i % 251);
   }
@@ -82,21 +83,21 @@ class ImageInboxTest : public testing::Test {
 TEST_F(ImageInboxTest, ImagesComeOutAsTheyWerePushedOnOurClock) {
   ImageInbox inbox(Mono());
   const auto source = inbox.OpenFrames({});
-  EXPECT_EQ(Feed(inbox, Sample(Push(Encoding::kGrey8, grey_, kWidth, kHeight))), "");
+  EXPECT_EQ(Feed(inbox, Sample(Push(Encoding::kGrey8, grey_, kPushedWidth, kPushedHeight))), "");
   const auto frame = source->Next({});
   ASSERT_TRUE(frame);
   EXPECT_EQ(cv::norm(frame->image, Ramp(CV_8UC1), cv::NORM_INF), 0);
   EXPECT_NEAR(SecondsBetween(now_, frame->sensed_at), latency_, 1e-6);
   EXPECT_EQ(inbox.taken_at(), frame->sensed_at);
   latency_ = 0.020;  // a slow one: it was taken no later for that
-  EXPECT_EQ(Feed(inbox, Sample(Push(Encoding::kGrey8, grey_, kWidth, kHeight))), "");
+  EXPECT_EQ(Feed(inbox, Sample(Push(Encoding::kGrey8, grey_, kPushedWidth, kPushedHeight))), "");
   EXPECT_NEAR(SecondsBetween(now_, source->Next({})->sensed_at), 0.002, 1e-6);
 }
 
 // Without a known delay the fastest image is assumed to have none.
 TEST_F(ImageInboxTest, TheDelayReportedByTheDriverIsSubtracted) {
   ImageInbox inbox(Mono());
-  PushedSample sample = Sample(Push(Encoding::kGrey8, grey_, kWidth, kHeight));
+  PushedSample sample = Sample(Push(Encoding::kGrey8, grey_, kPushedWidth, kPushedHeight));
   sample.delay = 0.02;
   EXPECT_EQ(Feed(inbox, sample), "");
   ASSERT_TRUE(inbox.Wait({}));
@@ -105,7 +106,7 @@ TEST_F(ImageInboxTest, TheDelayReportedByTheDriverIsSubtracted) {
 }
 
 TEST_F(ImageInboxTest, PairsAreGreyAndStateTheirSkew) {
-  ImageInbox inbox(Pair());
+  ImageInbox inbox(PushedPair());
   const auto source = inbox.OpenPairs();
   PushedSample sample = Sample(Push(Encoding::kPng, png_));
   sample.right = Push(Encoding::kJpeg, jpeg_);
@@ -113,7 +114,7 @@ TEST_F(ImageInboxTest, PairsAreGreyAndStateTheirSkew) {
   EXPECT_EQ(Feed(inbox, sample), "");
   const auto pair = source->Next({});
   EXPECT_EQ(pair->left.type(), CV_8UC1);
-  EXPECT_EQ(pair->right.size(), cv::Size(kWidth, kHeight));
+  EXPECT_EQ(pair->right.size(), cv::Size(kPushedWidth, kPushedHeight));
   EXPECT_NEAR(inbox.health().skew, 0.003, 1e-6);
   EXPECT_NEAR(pair->skew, 0.003, 1e-6);
   // As far as the slave can know, the right image arrived when it was taken.
@@ -121,9 +122,9 @@ TEST_F(ImageInboxTest, PairsAreGreyAndStateTheirSkew) {
 }
 
 TEST_F(ImageInboxTest, PairsTakenTooFarApartAreDroppedAndCounted) {
-  ImageInbox inbox(Pair());
+  ImageInbox inbox(PushedPair());
   for (const double skew : {0.0, 0.004, 0.006, -0.006}) {
-    PushedSample sample = Sample(Push(Encoding::kGrey8, grey_, kWidth, kHeight));
+    PushedSample sample = Sample(Push(Encoding::kGrey8, grey_, kPushedWidth, kPushedHeight));
     sample.right = sample.image;
     sample.right_sensed_at = sample.sensed_at + Seconds(skew);
     EXPECT_EQ(Feed(inbox, sample), "") << skew;
@@ -131,7 +132,7 @@ TEST_F(ImageInboxTest, PairsTakenTooFarApartAreDroppedAndCounted) {
   EXPECT_EQ(inbox.health().taken, 4U);
   EXPECT_EQ(inbox.health().dropped, 2U);
   EXPECT_THAT(inbox.health().trouble, HasSubstr("6 ms apart and are dropped: sync is 5 ms"));
-  PushedSample together = Sample(Push(Encoding::kGrey8, grey_, kWidth, kHeight));
+  PushedSample together = Sample(Push(Encoding::kGrey8, grey_, kPushedWidth, kPushedHeight));
   together.right = together.image;
   EXPECT_EQ(Feed(inbox, together), "");
   EXPECT_EQ(inbox.health().trouble, "");
@@ -143,7 +144,7 @@ TEST_F(ImageInboxTest, WhatIsNotTheScenesIsRefusedInWords) {
     return Feed(inbox, Sample(image));
   };
   const std::string half = grey_.substr(0, 100), cut = png_.substr(0, png_.size() / 2);
-  EXPECT_THAT(refused(Mono(), Push(Encoding::kGrey8, half, kWidth, kHeight)),
+  EXPECT_THAT(refused(Mono(), Push(Encoding::kGrey8, half, kPushedWidth, kPushedHeight)),
               HasSubstr("data of 100 bytes: expected 3072 for 64 x 48 px of GREY8"));
   EXPECT_THAT(refused(Mono(), Push(Encoding::kPng, wide_)),
               HasSubstr("80 x 48 px: expected the scene's 64 x 48 px"));
@@ -151,7 +152,7 @@ TEST_F(ImageInboxTest, WhatIsNotTheScenesIsRefusedInWords) {
   EXPECT_THAT(refused(Mono(), Push(Encoding::kJpeg, png_)), HasSubstr("not a JPEG"));
   EXPECT_THAT(refused(Mono(), Push(Encoding::kGrey8, grey_, 2'000'000, 2'000'000)),
               HasSubstr("expected at least one and at most 100000000 pixels"));
-  EXPECT_THAT(refused(Pair(), Push(Encoding::kPng, png_)), HasSubstr("expected a pair"));
+  EXPECT_THAT(refused(PushedPair(), Push(Encoding::kPng, png_)), HasSubstr("expected a pair"));
   EXPECT_THAT(refused(Depth(), Push(Encoding::kPng, png_)),
               HasSubstr("for depth, expected one channel of 16 bit"));
   ImageInbox inbox(Mono());
@@ -163,13 +164,13 @@ TEST_F(ImageInboxTest, WhatIsNotTheScenesIsRefusedInWords) {
 TEST_F(ImageInboxTest, OneThatIsUnlikeTheFirstIsRefused) {
   ImageInbox inbox(Mono());
   EXPECT_EQ(Feed(inbox, Sample(Push(Encoding::kPng, png_))), "");
-  EXPECT_THAT(Feed(inbox, Sample(Push(Encoding::kGrey8, grey_, kWidth, kHeight))),
+  EXPECT_THAT(Feed(inbox, Sample(Push(Encoding::kGrey8, grey_, kPushedWidth, kPushedHeight))),
               HasSubstr("1 channel of 8 bit: expected the format of the first image"));
 }
 
 TEST_F(ImageInboxTest, OrderAndPaceAreKept) {
   ImageInbox inbox(Mono());
-  const PushedSample first = Sample(Push(Encoding::kGrey8, grey_, kWidth, kHeight));
+  const PushedSample first = Sample(Push(Encoding::kGrey8, grey_, kPushedWidth, kPushedHeight));
   EXPECT_EQ(Feed(inbox, first), "");
   EXPECT_THAT(Feed(inbox, first), HasSubstr("expected a time that increases"));
   PushedSample old = Sample(first.image);
@@ -206,7 +207,7 @@ TEST(PaceLimitTest, ABurstAfterASilenceIsAllowedAFloodIsNot) {
 
 TEST_F(ImageInboxTest, OneSenderAtATimeAndTheNextStartsAgain) {
   ImageInbox inbox(Mono());
-  const PushedImage grey = Push(Encoding::kGrey8, grey_, kWidth, kHeight);
+  const PushedImage grey = Push(Encoding::kGrey8, grey_, kPushedWidth, kPushedHeight);
   EXPECT_EQ(Feed(inbox, Sample(grey)), "");
   EXPECT_THAT(Feed(inbox, Sample(grey), kOther), HasSubstr("is already fed"));
   inbox.Leave(kDriver);

@@ -17,7 +17,7 @@ using testing::AllOf;
 using testing::EndsWith;
 using testing::HasSubstr;
 
-constexpr int kWidth = 32, kHeight = 24;
+constexpr int kPairWidth = 32, kPairHeight = 24;
 
 Scene PairScene(const Scratch& scratch, const std::string& left = "l%d.png",
                 const std::string& right = "r%d.png") {
@@ -40,8 +40,8 @@ Scene DepthScene(const Scratch& scratch, const std::string& pattern) {
 }
 
 void Write(const Scratch& scratch, const std::string& name, double level, int type = CV_8UC1,
-           int width = kWidth) {
-  const cv::Mat image(kHeight, width, type, cv::Scalar::all(level));
+           int width = kPairWidth) {
+  const cv::Mat image(kPairHeight, width, type, cv::Scalar::all(level));
   ASSERT_TRUE(cv::imwrite((scratch.path() / name).string(), image));
 }
 
@@ -80,12 +80,13 @@ TEST_F(StereoFilesTest, PairsComeOnceInTheOrderOfTheirNumbersWithStampsAtTheRate
       EXPECT_EQ(pair->sequence, static_cast<std::uint64_t>(k + 1));
       EXPECT_NEAR(SecondsBetween(first, pair->sensed_at), 0.02 * k, 2e-9);
       for (const cv::Mat& image : {pair->left, pair->right}) {
-        ASSERT_EQ(image.size(), cv::Size(kWidth, kHeight));
+        ASSERT_EQ(image.size(), cv::Size(kPairWidth, kPairHeight));
         ASSERT_EQ(image.type(), CV_8UC1);
         EXPECT_TRUE(image.isContinuous());
       }
-      EXPECT_EQ(cv::norm(pair->left, cv::Mat(kHeight, kWidth, CV_8UC1, cv::Scalar(k))), 0);
-      EXPECT_EQ(cv::norm(pair->right, cv::Mat(kHeight, kWidth, CV_8UC1, cv::Scalar(100 + k))), 0);
+      EXPECT_EQ(cv::norm(pair->left, cv::Mat(kPairHeight, kPairWidth, CV_8UC1, cv::Scalar(k))), 0);
+      EXPECT_EQ(
+          cv::norm(pair->right, cv::Mat(kPairHeight, kPairWidth, CV_8UC1, cv::Scalar(100 + k))), 0);
     }
     EXPECT_FALSE(source->Next({}));
     EXPECT_FALSE(source->Next({})) << "an ended source stays ended";

@@ -21,7 +21,7 @@ namespace {
 using ::testing::HasSubstr;
 
 // E1 to E19 with `prefix`, comma-separated.
-std::string Electrodes(const std::string& prefix, int count = kElectrodeCount) {
+std::string ElectrodeColumns(const std::string& prefix, int count = kElectrodeCount) {
   std::string text;
   for (int i = 1; i <= count; ++i)
     text.append(i > 1 ? "," : "").append(prefix).append(std::to_string(i));
@@ -36,8 +36,8 @@ std::string Counts(double base) {
   return text;
 }
 // One finger without a name, a sample at each of `times` whose counts encode its time: 1000 t + i.
-std::string Recording(const std::vector<double>& times) {
-  std::string text = "t,pac0,pdc," + Electrodes("E") + "\n";
+std::string RecordingText(const std::vector<double>& times) {
+  std::string text = "t,pac0,pdc," + ElectrodeColumns("E") + "\n";
   for (const double t : times) {
     text += std::to_string(t) + "," + std::to_string(1000 * t) + "," + std::to_string(2000 * t) +
             "," + Counts(1000 * t) + "\n";
@@ -51,9 +51,10 @@ TactileRecording Read(const std::string& text, const std::vector<std::string>& w
 }
 
 TEST(TactileRecordingTest, FingersComeInTheOrderWanted) {
-  const std::string text = "# five were worn, two are here\n\nmf_pdc,time_s," + Electrodes("mf_E") +
-                           "," + Electrodes("th_E") + ",fx,remark\n" + "7,0.5," + Counts(100) +
-                           "," + Counts(200) + ",-0.25,good\n";
+  const std::string text = "# five were worn, two are here\n\nmf_pdc,time_s," +
+                           ElectrodeColumns("mf_E") + "," + ElectrodeColumns("th_E") +
+                           ",fx,remark\n" + "7,0.5," + Counts(100) + "," + Counts(200) +
+                           ",-0.25,good\n";
   const auto both = Read(text, {"th", "mf"});
   ASSERT_EQ(both.fingers.size(), 2U);
   EXPECT_EQ(both.fingers[0].name, "th");
@@ -67,7 +68,7 @@ TEST(TactileRecordingTest, FingersComeInTheOrderWanted) {
 }
 
 TEST(TactileRecordingTest, ColumnsOfAnotherDriverAreUnderstood) {
-  const auto recording = Read("timestamp,pdc,pac1,pac2," + Electrodes("ele") + "\r\n" +
+  const auto recording = Read("timestamp,pdc,pac1,pac2," + ElectrodeColumns("ele") + "\r\n" +
                               "1581073084.69,91,1211,1209," + Counts(0) + ",\r\n");
   EXPECT_DOUBLE_EQ(recording.t.at(0), 1581073084.69);
   EXPECT_FLOAT_EQ(recording.fingers.at(0).samples.at(0).pac, 1211);
@@ -88,19 +89,19 @@ TEST_P(BadRecordingTest, IsRefusedWithItsLine) {
               HasSubstr(std::string("touch.csv:") + GetParam().message));
 }
 
-const std::string kHead = "t," + Electrodes("E") + "\n";
-const std::string kNamed = "t," + Electrodes("ff_E") + "," + Electrodes("rf_E") + "\n";
+const std::string kHead = "t," + ElectrodeColumns("E") + "\n";
+const std::string kNamed = "t," + ElectrodeColumns("ff_E") + "," + ElectrodeColumns("rf_E") + "\n";
 
 INSTANTIATE_TEST_SUITE_P(
     Files, BadRecordingTest,
     ::testing::Values(
         BadRecording{"Empty", "", {}, "1: empty: expected a CSV file with a header row"},
         BadRecording{"NoTime",
-                     Electrodes("E") + "\n" + Counts(0) + "\n",
+                     ElectrodeColumns("E") + "\n" + Counts(0) + "\n",
                      {},
                      "1: no time: expected a column rel_time_s, time_s, t_s, t, time or timestamp"},
         BadRecording{"ElectrodeMissing",
-                     "t," + Electrodes("rf_E", 18) + "\n",
+                     "t," + ElectrodeColumns("rf_E", 18) + "\n",
                      {"rf"},
                      "1: electrode rf_E19 is missing: expected rf_E1 to rf_E19"},
         BadRecording{"NoSuchFinger",
@@ -169,7 +170,7 @@ std::vector<TactileFrame> AllFrames(const Scene& scene) {
 TEST(RecordedTactileTest, SamplesAtAboutTheScenesRateAreTakenAsTheyAre) {
   const Scratch scratch;
   const std::vector<double> t{0.4, 0.4075, 0.42, 0.43, 0.44};
-  const auto frames = AllFrames(SceneOf(scratch.Write("touch.csv", Recording(t))));
+  const auto frames = AllFrames(SceneOf(scratch.Write("touch.csv", RecordingText(t))));
   ASSERT_EQ(frames.size(), t.size());
   for (std::size_t i = 0; i < t.size(); ++i) {
     EXPECT_EQ(frames[i].sequence, i + 1);
@@ -183,7 +184,7 @@ TEST(RecordedTactileTest, SamplesAtAboutTheScenesRateAreTakenAsTheyAre) {
 TEST(RecordedTactileTest, PausesLongerThanThreePeriodsAreGaps) {
   const Scratch scratch;
   const std::vector<double> t{0, 0.01, 0.02, 0.049, 0.059, 0.1, 0.11};
-  const auto frames = AllFrames(SceneOf(scratch.Write("touch.csv", Recording(t))));
+  const auto frames = AllFrames(SceneOf(scratch.Write("touch.csv", RecordingText(t))));
   ASSERT_EQ(frames.size(), t.size());
   for (std::size_t k = 0; k < frames.size(); ++k) EXPECT_EQ(frames[k].after_gap, k == 5) << k;
 }
@@ -192,7 +193,7 @@ TEST(RecordedTactileTest, PausesLongerThanThreePeriodsAreGaps) {
 TEST(RecordedTactileTest, ResamplingIsLinearAndDoesNotBridgeGaps) {
   const Scratch scratch;
   const std::vector<double> t{0.5, 0.513, 0.529, 0.541, 0.56, 0.723, 0.736};
-  const auto frames = AllFrames(SceneOf(scratch.Write("touch.csv", Recording(t)), 200));
+  const auto frames = AllFrames(SceneOf(scratch.Write("touch.csv", RecordingText(t)), 200));
   ASSERT_EQ(frames.size(), 16U);
   for (std::size_t k = 0; k < frames.size(); ++k) {
     const double at =
@@ -209,16 +210,16 @@ TEST(RecordedTactileTest, ResamplingIsLinearAndDoesNotBridgeGaps) {
 // A pause of 31 years between two samples must not become 10^11 frames.
 TEST(RecordedTactileTest, SamplesYearsApartAreRefused) {
   const Scratch scratch;
-  EXPECT_THROW(AllFrames(SceneOf(scratch.Write("touch.csv", Recording({0, 1e9})))),
+  EXPECT_THROW(AllFrames(SceneOf(scratch.Write("touch.csv", RecordingText({0, 1e9})))),
                std::runtime_error);
-  EXPECT_EQ(AllFrames(SceneOf(scratch.Write("touch.csv", Recording({5})))).size(), 1U);
+  EXPECT_EQ(AllFrames(SceneOf(scratch.Write("touch.csv", RecordingText({5})))).size(), 1U);
 }
 
 TEST(RecordedTactileTest, AStopEndsTheWait) {
   const Scratch scratch;
   std::vector<double> t;
   for (int i = 0; i < 20; ++i) t.push_back(0.9 * i);
-  Scene scene = SceneOf(scratch.Write("touch.csv", Recording(t)), 1);
+  Scene scene = SceneOf(scratch.Write("touch.csv", RecordingText(t)), 1);
   const auto source = OpenTactileRecording(scene);
   ASSERT_TRUE(source->Next({}));
   std::stop_source stop;

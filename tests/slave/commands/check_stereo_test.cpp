@@ -22,7 +22,7 @@ using ::testing::AllOf;
 using ::testing::HasSubstr;
 using ::testing::Not;
 
-const std::filesystem::path kScenes = SourcePath("/deploy/scenes");
+const std::filesystem::path kStereoScenes = SourcePath("/deploy/scenes");
 
 std::string OutputOf(const std::filesystem::path& scene,
                      const std::vector<std::string>& overrides = {}) {
@@ -34,7 +34,7 @@ std::string OutputOf(const std::filesystem::path& scene,
 // Reference: the stated rig: z^2 / (f b) sqrt(2) 0.03 px = 56 um at 250 mm, and all 31 dots in
 // view.
 TEST(CheckStereoTest, TheMembranesCamerasAreReported) {
-  const std::string output = OutputOf(kScenes / "rubber-membrane.yaml");
+  const std::string output = OutputOf(kStereoScenes / "rubber-membrane.yaml");
   EXPECT_THAT(output, HasSubstr("plate-large: set by model.kind"));
   EXPECT_THAT(output, HasSubstr("simulated pair, 640 x 480 px, focal length 800 px, 60 mm apart"));
   EXPECT_THAT(
@@ -51,7 +51,7 @@ TEST(CheckStereoTest, TheMembranesCamerasAreReported) {
 
 // For a press within half the thickness `auto` chooses the closed form, if the tolerance permits.
 TEST(CheckStereoTest, AutoFollowsThePress) {
-  const auto scene = kScenes / "rubber-membrane.yaml";
+  const auto scene = kStereoScenes / "rubber-membrane.yaml";
   EXPECT_THAT(OutputOf(scene, {"model={kind: auto}"}),
               HasSubstr("model          plate-large: auto: plate-large"));
   EXPECT_THAT(
@@ -60,7 +60,7 @@ TEST(CheckStereoTest, AutoFollowsThePress) {
 }
 
 TEST(CheckStereoTest, ARigidlyMovingTargetHasNoForce) {
-  const std::string output = OutputOf(kScenes / "heart-target.yaml");
+  const std::string output = OutputOf(kStereoScenes / "heart-target.yaml");
   EXPECT_THAT(output, HasSubstr("none: the object has no fixed boundary"));
   EXPECT_THAT(output, HasSubstr("up to 31 windows of 31 px"));
   EXPECT_THAT(output, Not(HasSubstr(" N for ")));
@@ -70,7 +70,7 @@ TEST(CheckStereoTest, ARigidlyMovingTargetHasNoForce) {
 class CheckFilesTest : public ::testing::Test {
  protected:
   CheckFilesTest() {
-    const Scene scene = LoadScene(kScenes / "rubber-membrane.yaml");
+    const Scene scene = LoadScene(kStereoScenes / "rubber-membrane.yaml");
     StereoSite site(scene);
     for (int i = 0; i < kPairs; ++i) {
       const StereoImages pair = site.TakeImages();

@@ -17,12 +17,12 @@ namespace {
 
 using ::testing::HasSubstr;
 
-const std::filesystem::path kScenes = SourcePath("/deploy/scenes");
+const std::filesystem::path kProcessedScenes = SourcePath("/deploy/scenes");
 
 std::string Refusal(const char* scene, double duration) {
   const Scratch scratch;
   ProcessOptions options;
-  options.scene = kScenes / scene;
+  options.scene = kProcessedScenes / scene;
   options.out = scratch / "refused";
   options.duration = duration;
   return Thrown<std::invalid_argument>([&] { RunProcess(options, {}); });
@@ -47,7 +47,7 @@ TEST(ProcessTest, WritesOverNothingItReads) {
   const Scratch scratch;
   const auto& folder = scratch.path();
   std::filesystem::create_directories(folder / "frames");
-  std::filesystem::copy(kScenes / "silicone-block.yaml", folder / "summary.json");
+  std::filesystem::copy(kProcessedScenes / "silicone-block.yaml", folder / "summary.json");
   EXPECT_THAT(RefusalInside(folder, "summary.json", false),
               HasSubstr("summary.json: expected another file"));
   std::ofstream(folder / "frames" / "1.png") << "not looked at";

@@ -14,7 +14,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr const char* kBlock = R"(name: block
+constexpr const char* kAutoBlock = R"(name: block
 object:
   geometry: {rectangle: {width: 88 mm, height: 88 mm, thickness: 9 mm}}
   material: {young_modulus: 127 kPa, poisson_ratio: 0.49}
@@ -27,7 +27,7 @@ class RunningSceneTest : public FolderTest {
  protected:
   RunningSceneTest() {
     setenv("XDG_CACHE_HOME", (folder_ / "cache").c_str(), 1);
-    WriteWholeFile(file_, kBlock);
+    WriteWholeFile(file_, kAutoBlock);
   }
 
   Scene Load(const std::vector<std::string>& overrides = {}) const {
@@ -71,7 +71,7 @@ TEST_F(RunningSceneTest, StoredFilesFollowNoLink) {
 TEST_F(RunningSceneTest, AnotherSceneIsDecidedAgain) {
   Load();
   Load({"object.material.young_modulus=1 kPa"});
-  WriteWholeFile(file_, std::string(kBlock) + "# touched\n");
+  WriteWholeFile(file_, std::string(kAutoBlock) + "# touched\n");
   Load();
   EXPECT_EQ(Kept().size(), 3U);
 }

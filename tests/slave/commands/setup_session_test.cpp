@@ -36,7 +36,7 @@ using testing::HasSubstr;
 // pixel; the block is displaced from its pose by `site.misplacement`.
 const Vector2d kTip(319.5, 239.5 - 40.16 / 0.35);
 const Vector2d kLowerLeft(319.5 + (0.21 - 44) / 0.35, 239.5 + (54 + 0.13) / 0.35);
-constexpr double kSide = 88 / 0.35;
+constexpr double kSquareSide = 88 / 0.35;
 
 class SetupSessionTest : public testing::Test {
  protected:
@@ -320,9 +320,9 @@ TEST(SceneMistakesTest, AMessageIsSplitAtItsKey) {
 
 // From four clicks that are 2 px off; reference: the numbers of the scene.
 TEST_F(SetupSessionTest, ClicksNearTheCornersAreMovedOntoThem) {
-  const std::vector<Vector2d> corners{kLowerLeft, kLowerLeft + Vector2d(kSide, 0),
-                                      kLowerLeft + Vector2d(kSide, -kSide),
-                                      kLowerLeft + Vector2d(0, -kSide)};
+  const std::vector<Vector2d> corners{kLowerLeft, kLowerLeft + Vector2d(kSquareSide, 0),
+                                      kLowerLeft + Vector2d(kSquareSide, -kSquareSide),
+                                      kLowerLeft + Vector2d(0, -kSquareSide)};
   const std::vector<Vector2d> off{{2, 1}, {-1, 2}, {2, -1}, {-2, -1}};
   Curve near;
   for (std::size_t i = 0; i < 4; ++i) near.push_back(corners[i] + off[i]);

@@ -22,7 +22,7 @@ namespace {
 
 using testing::HasSubstr;
 
-constexpr const char* kBlock = R"(name: block
+constexpr const char* kSolvedBlock = R"(name: block
 object:
   geometry: {rectangle: {width: 88 mm, height: 88 mm, thickness: 9 mm}}
   material: {young_modulus: 127 kPa, poisson_ratio: 0.49}
@@ -40,7 +40,7 @@ tool: {shape: flat, width: 60 mm}
 constexpr const char* kMiddle = "0.044,0.088,0,0,-0.005,0";  // top, 5 mm deep
 constexpr const char* kHeader = "case,x,y,z,dx,dy,dz\n";
 
-struct Outcome {
+struct SolveOutcome {
   int exit_code = 0;
   std::string message;
   std::vector<std::map<std::string, std::string>> rows;
@@ -50,13 +50,13 @@ struct Outcome {
 class SolveTest : public FolderTest {
  protected:
   SolveTest() {
-    options_.scene = Write("scene.yaml", kBlock);
+    options_.scene = Write("scene.yaml", kSolvedBlock);
     options_.out = folder_ / "out.csv";
   }
 
-  Outcome Run() {
+  SolveOutcome Run() {
     testing::internal::CaptureStderr();
-    Outcome outcome;
+    SolveOutcome outcome;
     outcome.exit_code = RunSolve(options_);
     outcome.message = testing::internal::GetCapturedStderr();
     if (outcome.exit_code == 2) return outcome;  // no output was written
@@ -78,7 +78,7 @@ class SolveTest : public FolderTest {
     return outcome;
   }
 
-  Outcome RunContacts(const std::string& text) {
+  SolveOutcome RunContacts(const std::string& text) {
     options_.contacts = Write("contacts.csv", text);
     return Run();
   }
@@ -86,12 +86,12 @@ class SolveTest : public FolderTest {
   SolveOptions options_;
 };
 
-double Number(const Outcome& outcome, std::size_t row, const std::string& column) {
+double Number(const SolveOutcome& outcome, std::size_t row, const std::string& column) {
   return std::stod(outcome.rows.at(row).at(column));
 }
 
 TEST_F(SolveTest, WritesOneRowPerRowInTheContractsColumns) {
-  const Outcome outcome = RunContacts(std::string(kHeader) + "press," + kMiddle + "\n");
+  const SolveOutcome outcome = RunContacts(std::string(kHeader) + "press," + kMiddle + "\n");
   EXPECT_THAT(RunContacts(std::string(kHeader) + "\"a;b\"," + kMiddle + "\n").text,
               HasSubstr("\n\"a;b\","))
       << "a name with a separator is in quotes";
@@ -112,11 +112,11 @@ TEST_F(SolveTest, WritesOneRowPerRowInTheContractsColumns) {
 TEST_F(SolveTest, OneContactOnAnObjectWithoutSupportsIsRefused) {
   for (const char* kind : {"bem2d", "fem"}) {
     const bool is_volume = std::string(kind) == "fem";
-    std::string scene = is_volume ? kSoftBox : kBlock;
+    std::string scene = is_volume ? kSoftBox : kSolvedBlock;
     scene.erase(scene.find("  fixed:"), scene.find("model:") - scene.find("  fixed:"));
     options_.scene = Write("free.yaml", scene);
     const std::string row = is_volume ? "0.03,0.03,0.06,0,0,-0.001" : kMiddle;
-    const Outcome outcome = RunContacts(kHeader + ("a," + row) + "\n");
+    const SolveOutcome outcome = RunContacts(kHeader + ("a," + row) + "\n");
     EXPECT_NE(outcome.exit_code, 0) << kind;
     EXPECT_THAT(outcome.message, HasSubstr("nothing holds the object")) << kind;
   }
@@ -124,12 +124,12 @@ TEST_F(SolveTest, OneContactOnAnObjectWithoutSupportsIsRefused) {
 
 // Its places are prepared at their first contact.
 TEST_F(SolveTest, ExtrudedReportsTheUnknownsOfItsPlace) {
-  std::string scene = kBlock;
+  std::string scene = kSolvedBlock;
   scene.replace(scene.find("model:"), std::string::npos,
                 "model: {kind: extruded, elements: 60}\n"
                 "tool: {shape: flat, width: 9 mm, depth: 4 mm}\n");
   options_.scene = Write("stick.yaml", scene);
-  const Outcome outcome = RunContacts(std::string(kHeader) + "press," + kMiddle + "\n");
+  const SolveOutcome outcome = RunContacts(std::string(kHeader) + "press," + kMiddle + "\n");
   EXPECT_EQ(outcome.exit_code, 0) << outcome.message;
   EXPECT_THAT(outcome.message, testing::ContainsRegex("extruded, [1-9][0-9]+ degrees of freedom"));
 }
@@ -138,10 +138,10 @@ TEST_F(SolveTest, ExtrudedReportsTheUnknownsOfItsPlace) {
 // under refinement, 2.35 N (b_block_embryo.json); a row of width 0 has no limit and becomes softer.
 TEST_F(SolveTest, RowsWithoutAWidthAreAsWideAsTheTool) {
   options_.scene =
-      Write("tool.yaml", std::string(kBlock) + "tool: {shape: flat, width: 5.87 mm}\n");
+      Write("tool.yaml", std::string(kSolvedBlock) + "tool: {shape: flat, width: 5.87 mm}\n");
   for (const int elements : {60, 180, 540}) {
     options_.overrides = {"model.elements=" + std::to_string(elements)};
-    const Outcome outcome = RunContacts(
+    const SolveOutcome outcome = RunContacts(
         "case,x,y,dx,dy,width\nabsent,0.044,0.088,0,-5e-3,\n"
         "given,0.044,0.088,0,-5e-3,5.87e-3\npoint,0.044,0.088,0,-5e-3,0\n");
     ASSERT_EQ(outcome.rows.size(), 3U) << outcome.message;
@@ -151,7 +151,7 @@ TEST_F(SolveTest, RowsWithoutAWidthAreAsWideAsTheTool) {
       EXPECT_LT(Number(outcome, 2, "fy") / Number(outcome, 0, "fy"), 0.7);
     }
     EXPECT_THAT(outcome.message, HasSubstr("1 of 3 rows have no width: a contact at a point"));
-    const Outcome bare = RunContacts("case,x,y,dx,dy\nA,0.044,0.088,0,-5e-3\n");
+    const SolveOutcome bare = RunContacts("case,x,y,dx,dy\nA,0.044,0.088,0,-5e-3\n");
     EXPECT_EQ(bare.rows.at(0).at("fy"), outcome.rows[0].at("fy"));
     EXPECT_THAT(bare.message, testing::Not(HasSubstr("no width")));
   }
@@ -161,14 +161,14 @@ TEST_F(SolveTest, RowsWithoutAWidthAreAsWideAsTheTool) {
 // that of the scene unless a column states it.
 TEST_F(SolveTest, RowsArePressedByTheScenesTool) {
   options_.scene =
-      Write("round.yaml", std::string(kBlock) + "tool: {shape: round, radius: 20 mm}\n");
+      Write("round.yaml", std::string(kSolvedBlock) + "tool: {shape: round, radius: 20 mm}\n");
   options_.overrides = {"model.elements=360", "object.geometry.rectangle.thickness=4 mm"};
   const std::string rest = ",0.044,0.088,0,-2e-3";
-  const Outcome scenes = RunContacts("case,x,y,dx,dy\nA" + rest + "\n");
-  const Outcome given = RunContacts("case,x,y,dx,dy,radius\nA" + rest + ",0.02\n");
+  const SolveOutcome scenes = RunContacts("case,x,y,dx,dy\nA" + rest + "\n");
+  const SolveOutcome given = RunContacts("case,x,y,dx,dy,radius\nA" + rest + ",0.02\n");
   ASSERT_EQ(scenes.rows.size(), 1U) << scenes.message;
   EXPECT_EQ(scenes.rows[0].at("fy"), given.rows.at(0).at("fy"));
-  const Outcome flat = RunContacts("case,x,y,dx,dy,radius,width\nA" + rest + ",0,0.04\n");
+  const SolveOutcome flat = RunContacts("case,x,y,dx,dy,radius,width\nA" + rest + ",0,0.04\n");
   EXPECT_GT(Number(flat, 0, "fy") / Number(scenes, 0, "fy"), 1.4) << "a flat face of its width";
   EXPECT_THAT(RunContacts("case,x,y,dx,dy,width\nA" + rest + ",0.04\n").message,
               HasSubstr("none under a round tool"));
@@ -176,19 +176,19 @@ TEST_F(SolveTest, RowsArePressedByTheScenesTool) {
               HasSubstr("--independent"));
   EXPECT_THAT(scenes.message, HasSubstr("set tool.depth"));
   EXPECT_EQ(scenes.rows[0].at("validity"), "extrapolated");
-  const Outcome whole = RunContacts("case,x,y,dx,dy,depth\nA" + rest + ",0.004\n");
+  const SolveOutcome whole = RunContacts("case,x,y,dx,dy,depth\nA" + rest + ",0.004\n");
   EXPECT_EQ(whole.rows.at(0).at("validity"), "valid") << whole.message;
 }
 
 // Reference: the limit under refinement, 2.35 N for 9 mm of thickness. With one element under the
 // tool the error is 6 %; with three the tool's width is exact.
 TEST_F(SolveTest, ElementsThatAreNotTheToolAreFlagged) {
-  options_.scene = Write(
-      "tool.yaml", std::string(kBlock) + "tool: {shape: flat, width: 5.87 mm, depth: whole}\n");
+  options_.scene = Write("tool.yaml", std::string(kSolvedBlock) +
+                                          "tool: {shape: flat, width: 5.87 mm, depth: whole}\n");
   for (const auto& [elements, validity] : {std::pair{60, "extrapolated"}, {180, "valid"}}) {
     options_.overrides = {"model.elements=" + std::to_string(elements),
                           "object.geometry.rectangle.thickness=4 mm"};
-    const Outcome outcome = RunContacts("case,x,y,dx,dy\nA,0.044,0.088,0,-5e-3\n");
+    const SolveOutcome outcome = RunContacts("case,x,y,dx,dy\nA,0.044,0.088,0,-5e-3\n");
     ASSERT_EQ(outcome.rows.size(), 1U) << outcome.message;
     EXPECT_EQ(outcome.rows[0].at("validity"), validity) << outcome.message;
     const double off = std::abs(Number(outcome, 0, "fy") / (-2.35 * 4 / 9) - 1);
@@ -198,10 +198,10 @@ TEST_F(SolveTest, ElementsThatAreNotTheToolAreFlagged) {
 
 // The output is a table of the same contacts.
 TEST_F(SolveTest, ReadsTheContactsThatItWrote) {
-  const Outcome first = RunContacts(
+  const SolveOutcome first = RunContacts(
       "case,x,y,dx,dy,width\nA,0.044,0.088,0,-5e-3,5.87e-3\nB,0.044,0.088,0,-5e-3,0.01\n");
   ASSERT_EQ(first.exit_code, 0) << first.message;
-  const Outcome again = RunContacts(first.text);
+  const SolveOutcome again = RunContacts(first.text);
   ASSERT_EQ(again.exit_code, 0) << again.message;
   for (std::size_t row : {0U, 1U}) EXPECT_EQ(again.rows[row].at("fy"), first.rows[row].at("fy"));
 }
@@ -220,14 +220,14 @@ model: {kind: fem}
 TEST_F(SolveTest, RowsWithoutARadiusHaveThatOfTheScenesRoundTool) {
   options_.scene = Write("gel.yaml", kGel);
   const std::string rows = "a,0.02,0.02,0.02,0,0,-0.001\nb,0.02,0.02,0.02,0,0,-0.002\n";
-  const Outcome round = RunContacts(kHeader + rows);
+  const SolveOutcome round = RunContacts(kHeader + rows);
   ASSERT_EQ(round.rows.size(), 2U) << round.message;
   EXPECT_NEAR(Number(round, 1, "fz") / Number(round, 0, "fz"), 3.07, 0.15);
   EXPECT_EQ(Number(round, 0, "radius"), 0.012);
-  const Outcome given =
+  const SolveOutcome given =
       RunContacts("case,x,y,z,dx,dy,dz,radius\na,0.02,0.02,0.02,0,0,-0.001,0.012\n");
   EXPECT_EQ(given.rows.at(0).at("fz"), round.rows[0].at("fz"));
-  const Outcome flat = RunContacts(
+  const SolveOutcome flat = RunContacts(
       "case,x,y,z,dx,dy,dz,radius,width\na,0.02,0.02,0.02,0,0,-0.001,0,0.024\n"
       "b,0.02,0.02,0.02,0,0,-0.002,0,0.024\n");
   EXPECT_NEAR(Number(flat, 1, "fz") / Number(flat, 0, "fz"), 2, 0.1) << "a tenth of strain";
@@ -251,7 +251,7 @@ TEST_F(SolveTest, ThePlaneThatHoldsNoNodeNamesTheNearest) {
 
 // Reference: linearity; numbers round-trip, so that the sum is exact to rounding.
 TEST_F(SolveTest, RowsOfACaseActTogetherAndCasesDoNot) {
-  const Outcome outcome = RunContacts(
+  const SolveOutcome outcome = RunContacts(
       "case,x,y,dx,dy\nA,0.044,0.088,0,-1e-3\nB,0.088,0.044,-1e-3,0\n"
       "both,0.044,0.088,0,-1e-3\nboth,0.088,0.044,-1e-3,0\nA2,0.044,0.088,0,-2e-3\n");
   ASSERT_EQ(outcome.rows.size(), 5U);
@@ -261,7 +261,7 @@ TEST_F(SolveTest, RowsOfACaseActTogetherAndCasesDoNot) {
 }
 
 TEST_F(SolveTest, AFailedCaseHasEmptyForcesExitsOneAndSparesTheOthers) {
-  const Outcome outcome = RunContacts(
+  const SolveOutcome outcome = RunContacts(
       "case,x,y,dx,dy\nA,0.044,0.088,0,-1e-3\nA,0.044,0.088,0,-1e-3\nB,0.044,0.088,0,-1e-3\n"
       "C,0.044,0,0,-1e-3\n");
   EXPECT_EQ(outcome.exit_code, 1);
@@ -274,7 +274,7 @@ TEST_F(SolveTest, AFailedCaseHasEmptyForcesExitsOneAndSparesTheOthers) {
   EXPECT_THAT(outcome.message, HasSubstr("case A failed: two contacts overlap"));
   options_.contacts.clear();
   options_.loads = Write("loads.csv", "case,x,y,fx,fy\nL,0.044,0,0,-1\n");
-  const Outcome loaded = Run();
+  const SolveOutcome loaded = Run();
   EXPECT_EQ(loaded.exit_code, 1);
   EXPECT_EQ(loaded.rows.at(0).at("dy"), "");
   EXPECT_EQ(loaded.rows.at(0).at("fy"), "-1");
@@ -294,7 +294,7 @@ TEST_F(SolveTest, SaysWhereAFileIsWrong) {
       {"case,x,y,z,dx,dy\nA,0.044,0.088,0.1,0,0\n", "z = 0.1: expected 0"},
       {"case,x,y,dx,dy,dz\nA,0.044,0.088,0,0,1e-3\n", "dz = 1e-3: expected 0"}};
   for (const auto& [text, message] : mistakes) {
-    const Outcome outcome = RunContacts(text);
+    const SolveOutcome outcome = RunContacts(text);
     EXPECT_EQ(outcome.exit_code, 2) << text;
     EXPECT_THAT(outcome.message, HasSubstr(message));
   }
@@ -303,7 +303,7 @@ TEST_F(SolveTest, SaysWhereAFileIsWrong) {
 TEST_F(SolveTest, RefusesUnusablePaths) {
   EXPECT_THAT(Run().message, HasSubstr("--contacts"));
   options_.out = folder_ / "absent" / "out.csv";
-  const Outcome outcome = RunContacts(std::string(kHeader) + "A," + kMiddle + "\n");
+  const SolveOutcome outcome = RunContacts(std::string(kHeader) + "A," + kMiddle + "\n");
   EXPECT_EQ(outcome.exit_code, 2);
   EXPECT_THAT(outcome.message, HasSubstr("cannot be written"));
 }
@@ -317,7 +317,7 @@ TEST_F(SolveTest, WritesOverNothingItReads) {
   const auto original = std::filesystem::file_size(scene);
   for (const auto& out : {scene, options_.contacts, link}) {
     options_.out = out;
-    const Outcome outcome = RunContacts(contacts);
+    const SolveOutcome outcome = RunContacts(contacts);
     EXPECT_EQ(outcome.exit_code, 2);
     EXPECT_THAT(outcome.message, HasSubstr("--out " + out.string() + ": expected another file"));
   }
@@ -337,7 +337,7 @@ object:
   fixed: {plane: {axis: z, at: 0 m}}
 model: {kind: fem-green}
 )");
-  const Outcome outcome = RunContacts(
+  const SolveOutcome outcome = RunContacts(
       "case,x,y,z,dx,dy,dz,width\n"
       "wide,0.03,0.03,0.06,0,0,-0.001,0.04\nedge,0.058,0.03,0.06,0,0,-0.001,0.002\n"
       "narrow,0.03,0.03,0.06,0,0,-0.001,0.002\n");
@@ -363,7 +363,7 @@ model: {kind: bem2d, elements: 60, plane: stress}
 )");
   options_.loads =
       Write("loads.csv", "case,x,y,fx,fy\nA,0.044,0.088,0,-1\nA,0.044,0,0,1\nB,0.044,0.088,0,-1\n");
-  const Outcome outcome = Run();
+  const SolveOutcome outcome = Run();
   EXPECT_EQ(outcome.exit_code, 1);
   EXPECT_NEAR(Number(outcome, 0, "dy"), -Number(outcome, 1, "dy"), 1e-12);
   EXPECT_EQ(outcome.rows.at(2).at("validity"), "failed");
@@ -374,7 +374,7 @@ model: {kind: bem2d, elements: 60, plane: stress}
 // elements state the mean of two neighbours.
 TEST_F(SolveTest, WritesTheFieldForParaView) {
   options_.field = folder_ / "field.vtu";
-  const Outcome outcome = RunContacts(std::string(kHeader) + "A," + kMiddle + "\n");
+  const SolveOutcome outcome = RunContacts(std::string(kHeader) + "A," + kMiddle + "\n");
   ASSERT_EQ(outcome.exit_code, 0) << outcome.message;
   const std::string vtu = Scratch::Read(options_.field);
   EXPECT_THAT(vtu, HasSubstr("<VTKFile type=\"UnstructuredGrid\""));
@@ -404,7 +404,7 @@ TEST_F(SolveTest, AHistoryGivesOneRowPerStepAndPlace) {
                          "case,x,y,z,fx,fy,fz,t\nA,0.03,0.03,0.06,0,0,0,0\n"
                          "A,0.03,0.03,0.06,0,0,-0.002,0.04\nA,0.03,0.03,0.06,0,0,-0.011,0.1\nA,0."
                          "06,0.06,0.06,0,0,0,0\n");
-  const Outcome outcome = Run();
+  const SolveOutcome outcome = Run();
   EXPECT_EQ(outcome.exit_code, 0) << outcome.message;
   ASSERT_EQ(outcome.rows.size(), 10U);  // five steps, two places
   for (std::size_t k = 0; k < 5; ++k) {

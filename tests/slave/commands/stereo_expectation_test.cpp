@@ -20,7 +20,7 @@ using Eigen::Vector3d;
 constexpr double kFocal = 800, kBaseline = 0.06, kDistance = 0.25, kSigma = 0.1;
 
 // Paper C's membrane in front of two parallel cameras whose midpoint is on its axis.
-Scene MembraneScene() {
+Scene WatchedMembrane() {
   Scene scene;
   scene.object.geometry = MembraneGeometry{0.039, 0.001};
   scene.object.material = {.young_modulus = 27.2e6, .poisson_ratio = 0.45};
@@ -45,7 +45,7 @@ StereoRig ParallelRig() {
 // sigma_z = z^2 / (f b) sqrt(2) sigma; x = z (u_l + u_r) / 2f, y alike: sigma_x = z / f sigma /
 // sqrt(2), on the axis.
 TEST(StereoExpectationTest, DepthIsAsUncertainAsTheDisparity) {
-  const auto sight = ExpectedSight(MembraneScene(), ParallelRig()).value();
+  const auto sight = ExpectedSight(WatchedMembrane(), ParallelRig()).value();
   EXPECT_NEAR(sight.distance, kDistance, 1e-12);
   EXPECT_NEAR(sight.sigma_depth,
               kDistance * kDistance / (kFocal * kBaseline) * std::numbers::sqrt2 * kSigma,
@@ -59,7 +59,7 @@ TEST(StereoExpectationTest, DepthIsAsUncertainAsTheDisparity) {
 TEST(StereoExpectationTest, DotsCountWhereBothImagesShowThemWhole) {
   const std::vector<Vector2d> places{{0, 0},       {0.067, 0},  {0.0685, 0}, {-0.067, 0},
                                      {-0.0685, 0}, {0, 0.0720}, {0, 0.0735}, {0.2, 0}};
-  const auto seen = InBothImages(MembraneScene(), ParallelRig(), places);
+  const auto seen = InBothImages(WatchedMembrane(), ParallelRig(), places);
   EXPECT_EQ(seen, (std::vector<Vector2d>{{0, 0}, {0.067, 0}, {-0.067, 0}, {0, 0.0720}}));
 }
 
@@ -67,7 +67,7 @@ TEST(StereoExpectationTest, DotsCountWhereBothImagesShowThemWhole) {
 // own: the spread of a normal sample of 1000 is known to 2.2 % (one sigma), so 10 % is more than
 // four.
 TEST(StereoExpectationTest, TheForcesSigmaIsTheSpreadOfForcesFittedToNoisyDots) {
-  Scene scene = MembraneScene();
+  Scene scene = WatchedMembrane();
   scene.model.kind = "plate";  // the quickest, where it holds: well below half the thickness
   scene.operator_options.press_depth = 0.3e-3;
   scene.sense.Find<PointTracking>()->sigma = 0.01;
@@ -108,7 +108,7 @@ TEST(StereoExpectationTest, TheForcesSigmaIsTheSpreadOfForcesFittedToNoisyDots) 
 }
 
 TEST(StereoExpectationTest, WithoutAMembraneUnderHomeNoForceIsExpected) {
-  Scene scene = MembraneScene();
+  Scene scene = WatchedMembrane();
   scene.manipulator.home = {0.05, 0, 0.005};
   EXPECT_FALSE(ExpectedForce(scene, ParallelRig(), {{0, 0}}));
   scene.object.geometry = BoxGeometry{{1, 1, 1}, {1, 1, 1}};
@@ -117,7 +117,7 @@ TEST(StereoExpectationTest, WithoutAMembraneUnderHomeNoForceIsExpected) {
 
 // Two dots determine two unknowns at most: position and force are three.
 TEST(StereoExpectationTest, TooFewDotsGiveNoForce) {
-  const auto expected = ExpectedForce(MembraneScene(), ParallelRig(), {{0, 0}, {0.01, 0}});
+  const auto expected = ExpectedForce(WatchedMembrane(), ParallelRig(), {{0, 0}, {0.01, 0}});
   EXPECT_EQ(expected.value().validity, Validity::kFailed);
 }
 

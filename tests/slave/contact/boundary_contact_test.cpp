@@ -1,19 +1,16 @@
 #include "slave/contact/boundary_contact.h"
 
 #include <cmath>
-#include <limits>
 #include <random>
 
 #include <gtest/gtest.h>
 
 #include "tests/slave/contact/random_outline.h"
 #include "tests/support/allocation_count.h"
+#include "tests/support/not_finite.h"
 
 namespace palpate {
 namespace {
-
-constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
 // The silicone block, 88 mm square; tolerances are the rounding of its coordinates.
 class BlockContactTest : public ::testing::Test {
@@ -134,7 +131,7 @@ TEST_F(BlockContactTest, IgnoresWhatIsNoPlace) {
   contact_.Move({0.044, 0.090});
   contact_.Move({0.044, 0.086});
   const BoundaryPlace before = contact_.Move({0.044, 0.085});
-  for (const Eigen::Vector2d& tip : {Eigen::Vector2d(kNan, 0), Eigen::Vector2d(0, kInfinity),
+  for (const Eigen::Vector2d& tip : {Eigen::Vector2d(kNan, 0), Eigen::Vector2d(0, kInf),
                                      Eigen::Vector2d(1e300, 1e300), Eigen::Vector2d(0, -1e300)}) {
     const BoundaryPlace& place = contact_.Move(tip);
     EXPECT_TRUE(contact_.in_contact());

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <numeric>
 #include <random>
 #include <stdexcept>
@@ -15,16 +14,14 @@
 
 #include "slave/mesh/mesh_check.h"
 #include "tests/support/allocation_count.h"
+#include "tests/support/not_finite.h"
 
 namespace palpate {
 namespace {
 
 using Eigen::Vector3d;
 
-constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
-
-Vector3d RandomVector(std::mt19937* random, double reach) {
+Vector3d RandomProbe(std::mt19937* random, double reach) {
   std::uniform_real_distribution<double> coordinate(-reach, reach);
   const double x = coordinate(*random), y = coordinate(*random);
   return {x, y, coordinate(*random)};
@@ -85,7 +82,7 @@ std::array<Vector3d, 3> CornersOf(const SurfaceMesh& surface, std::size_t triang
 // Distance of `p` from a triangle by trying every subset of its corners: the least squares
 // combination of them is its closest point if no weight is negative.
 double DistanceByAllSubsets(const Vector3d& p, const std::array<Vector3d, 3>& abc) {
-  double least = kInfinity;
+  double least = kInf;
   for (const Vector3d& corner : abc) least = std::min(least, (p - corner).norm());
   for (std::size_t i = 0; i < 3; ++i) {
     const Vector3d &a = abc[i], edge = abc[(i + 1) % 3] - a;
@@ -103,14 +100,14 @@ double DistanceByAllSubsets(const Vector3d& p, const std::array<Vector3d, 3>& ab
 // Returns random points around the surface, and points on and above its nodes, edges and faces.
 std::vector<Vector3d> Probes(const SurfaceMesh& surface, double scale, std::mt19937* random) {
   std::vector<Vector3d> probes;
-  for (int i = 0; i < 60; ++i) probes.push_back(RandomVector(random, scale));
+  for (int i = 0; i < 60; ++i) probes.push_back(RandomProbe(random, scale));
   for (int i = 0; i < 60; ++i) {
     const auto abc = CornersOf(surface, (*random)() % surface.triangles.size());
     const Vector3d p = i % 3 == 0   ? abc[0]
                        : i % 3 == 1 ? Vector3d(0.5 * (abc[0] + abc[1]))
                                     : Vector3d((abc[0] + abc[1] + abc[2]) / 3);
     probes.push_back(p);
-    probes.push_back(p + RandomVector(random, 0.05 * scale));
+    probes.push_back(p + RandomProbe(random, 0.05 * scale));
   }
   return probes;
 }
@@ -126,7 +123,7 @@ TEST(SurfaceContactTest, FindsTheClosestPlaceThatTryingEveryTriangleFinds) {
       for (const Vector3d& p : Probes(body.surface, scale, &random)) {
         const auto place = contact.Find(p, 10 * scale);
         ASSERT_TRUE(place) << body.name;
-        double least = kInfinity;
+        double least = kInf;
         for (std::size_t t = 0; t < body.surface.triangles.size(); ++t) {
           least = std::min(least, DistanceByAllSubsets(p, CornersOf(body.surface, t)));
         }
@@ -176,9 +173,9 @@ TEST(SurfaceContactTest, FindsNothingBeyondTheGateOrWhereThereIsNoPoint) {
   EXPECT_FALSE(contact.Find({0.3, 0.2, 1}, -1));
   EXPECT_FALSE(contact.Find({0.3, 0.2, 1}, kNan));
   EXPECT_FALSE(contact.Find({0.3, kNan, 1}, 1));
-  EXPECT_FALSE(contact.Find({0.3, kInfinity, 1}, kInfinity));
+  EXPECT_FALSE(contact.Find({0.3, kInf, 1}, kInf));
   EXPECT_FALSE(contact.Find({1e200, 0, 0}, 1));
-  EXPECT_TRUE(contact.Find({1e100, 0, 0}, kInfinity));
+  EXPECT_TRUE(contact.Find({1e100, 0, 0}, kInf));
 }
 
 // A point over an edge belongs to both triangles; the choice must not depend on their order.
@@ -200,7 +197,7 @@ TEST(SurfaceContactTest, PassesOverTrianglesWithoutArea) {
   const SurfaceContact contact(surface);
   std::mt19937 random(3);
   for (int i = 0; i < 200; ++i) {
-    const Vector3d p = RandomVector(&random, 1.5);
+    const Vector3d p = RandomProbe(&random, 1.5);
     const auto place = contact.Find(p, 10), expected = sound.Find(p, 10);
     EXPECT_EQ(place->distance, expected->distance);
     EXPECT_EQ(place->inside, expected->inside);
@@ -213,7 +210,7 @@ TEST(SurfaceContactTest, AllocatesNothingWhenAsked) {
   std::mt19937 random(4);
   const long before = AllocationCount();
   int found = 0;
-  for (int i = 0; i < 1000; ++i) found += contact.Find(RandomVector(&random, 1), 0.3) ? 1 : 0;
+  for (int i = 0; i < 1000; ++i) found += contact.Find(RandomProbe(&random, 1), 0.3) ? 1 : 0;
   EXPECT_EQ(AllocationCount(), before);
   EXPECT_GT(found, 100);
 }

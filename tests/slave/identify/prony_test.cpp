@@ -66,7 +66,7 @@ TEST(Prony, DropsTermsThatMayBeZero) {
   EXPECT_NEAR(fit.At(1e9), fit.equilibrium, 1e-9 * fit.instant);
 }
 
-std::string Complaint(const std::vector<RelaxationTable>& tables) {
+std::string PronyComplaint(const std::vector<RelaxationTable>& tables) {
   return Thrown<InputError>([&] { FitProny(tables); });
 }
 
@@ -74,23 +74,23 @@ std::string Complaint(const std::vector<RelaxationTable>& tables) {
 // it could be distinguished from fading.
 TEST(Prony, RefusesOneRampAtOneRate) {
   const RelaxationTable ramp = Ramp(2e3, 3e3, 10, 0.01);
-  EXPECT_NE(Complaint({ramp}).find("only rises, at one rate"), std::string::npos);
-  EXPECT_NE(Complaint({ramp, ramp}).find("only rises, at one rate"), std::string::npos);
-  EXPECT_EQ(Complaint({ramp, Ramp(2e3, 3e3, 10, 0.05)}), "");
+  EXPECT_NE(PronyComplaint({ramp}).find("only rises, at one rate"), std::string::npos);
+  EXPECT_NE(PronyComplaint({ramp, ramp}).find("only rises, at one rate"), std::string::npos);
+  EXPECT_EQ(PronyComplaint({ramp, Ramp(2e3, 3e3, 10, 0.05)}), "");
   RelaxationTable held = ramp;
   held.time.push_back(held.time.back() + 5);
   held.strain.push_back(held.strain.back());
   held.stress.push_back(0.9 * held.stress.back());
-  EXPECT_EQ(Complaint({held}), "");
+  EXPECT_EQ(PronyComplaint({held}), "");
   RelaxationTable back = ramp;
   back.time.push_back(back.time.back() + 10);
   back.strain.push_back(0.4);
   back.stress.push_back(0.5 * back.stress.back());
-  EXPECT_EQ(Complaint({back}), "");
+  EXPECT_EQ(PronyComplaint({back}), "");
 }
 
 TEST(Prony, RefusesShearTogetherWithOtherStrainsAndNoStrain) {
-  EXPECT_NE(Complaint({Ramp(2e3, 0, 1, 0.01), Hold(2e3, 0, 1, 50, 0.1)}).find("one of them"),
+  EXPECT_NE(PronyComplaint({Ramp(2e3, 0, 1, 0.01), Hold(2e3, 0, 1, 50, 0.1)}).find("one of them"),
             std::string::npos);
   EXPECT_THROW(FitProny({{"rest", false, {0, 1, 2, 3}, {0, 0, 0, 0}, {0, 0, 0, 0}}}), InputError);
 }

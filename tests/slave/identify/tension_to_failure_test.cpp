@@ -94,7 +94,7 @@ struct Tally {
   int held = 0, refused = 0, all = 0;
 };
 
-void Count(const char* name, const MaterialTest& test, double truth, Tally* tally) {
+void TallyTest(const char* name, const MaterialTest& test, double truth, Tally* tally) {
   const FitFromRest found = FitLawsFromRest({test});
   const LawFit& fit = found.fits.front();
   const double E = fit.law.YoungModulus();
@@ -117,7 +117,7 @@ TEST(TensionToFailure, IntervalsHoldTheModulusAtRestOrTheFitIsRefused) {
     for (const Published& material : Materials()) {
       MaterialTest test = Failing(material, rows);
       AddNoise(noise, seed++, &test);
-      Count(material.name, test, material.law.YoungModulus(), &tally);
+      TallyTest(material.name, test, material.law.YoungModulus(), &tally);
     }
     std::printf("%d rows: held %d, refused %d, of %d\n", rows, tally.held, tally.refused,
                 tally.all);
@@ -136,7 +136,7 @@ TEST(TensionToFailure, ALawThatIsNotAmongTheFittedOnesIsHeldAtRest) {
     for (const double young_modulus : {3e4, 3e5, 2e6}) {
       MaterialTest test = Gent(young_modulus, limit, 200);
       AddNoise(0.005, seed++, &test);
-      Count("gent", test, young_modulus, &tally);
+      TallyTest("gent", test, young_modulus, &tally);
     }
   }
   std::printf("gent: held %d, refused %d, of %d\n", tally.held, tally.refused, tally.all);

@@ -14,10 +14,10 @@ using testing::ElementsAre;
 using testing::HasSubstr;
 using testing::IsEmpty;
 
-constexpr double kRate = 60;  // [Hz]
+constexpr double kEstimateRate = 60;  // [Hz]
 
 SlaveStatus StatusAfter(double silence, double idle_wait) {
-  LatestEstimate newest(kRate, Eigen::Vector3d::Zero());
+  LatestEstimate newest(kEstimateRate, Eigen::Vector3d::Zero());
   ContactEstimate estimate;
   estimate.validity = Validity::kValid;
   estimate.force = Eigen::Vector3d::Zero();
@@ -36,7 +36,7 @@ TEST(LatestEstimateTest, ASensorThatIsSilentIsAnAlarmInWords) {
 }
 
 TEST(LatestEstimateTest, NoSamplesTraceIsSentTwiceOrLeftOutOfTheNewest) {
-  LatestEstimate newest(kRate, Eigen::Vector3d::Zero());
+  LatestEstimate newest(kEstimateRate, Eigen::Vector3d::Zero());
   const Time begin = Clock::now();
   for (int i = 1; i <= 300; ++i) {
     ContactEstimate estimate;
@@ -59,7 +59,7 @@ TEST(LatestEstimateTest, NoSamplesTraceIsSentTwiceOrLeftOutOfTheNewest) {
 // The publisher asks with the time at which it woke up; it may be delayed before it reads the
 // estimate. No state may be sent before it was sensed.
 TEST_F(OperatorPortTest, AStateIsNotSentBeforeItsSampleWasTaken) {
-  LatestEstimate newest(kRate, Eigen::Vector3d::Zero());
+  LatestEstimate newest(kEstimateRate, Eigen::Vector3d::Zero());
   ContactEstimate estimate;
   estimate.sensed_at = now_ + std::chrono::milliseconds(1);
   newest.Put(estimate);
@@ -70,7 +70,7 @@ TEST_F(OperatorPortTest, AStateIsNotSentBeforeItsSampleWasTaken) {
 
 // A tip that was lost in contact, or a moved camera, must not block a change of settings for ever.
 TEST(LatestEstimateTest, AContactThatACheckContradictsIsNotSure) {
-  LatestEstimate newest(kRate, Eigen::Vector3d::Zero());
+  LatestEstimate newest(kEstimateRate, Eigen::Vector3d::Zero());
   ContactEstimate estimate;
   estimate.depth = 2e-3;
   const auto is_sure = [&](const Verdict& verdict) {
@@ -88,7 +88,7 @@ TEST(LatestEstimateTest, AContactThatACheckContradictsIsNotSure) {
 }
 
 TEST(LatestEstimateTest, NoKindOfAlarmCrowdsOutAnother) {
-  LatestEstimate newest(kRate, Eigen::Vector3d::Zero());
+  LatestEstimate newest(kEstimateRate, Eigen::Vector3d::Zero());
   for (int i = 1; i <= 20; ++i) {
     newest.RaiseAlarm("model range", "presses are " + std::to_string(i) + " mm deep");
   }

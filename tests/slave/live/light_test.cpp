@@ -17,7 +17,7 @@ namespace palpate {
 namespace {
 
 constexpr double kSpan = 0.05;  // of the lamp, three images [s]
-constexpr std::size_t kImages = 60;
+constexpr std::size_t kLightImages = 60;
 constexpr double kTimeout = 60;  // [s]
 
 bool IsDimAt(Time at) {
@@ -38,7 +38,7 @@ struct Sighting {
 std::vector<Sighting> Watch(Slave* slave) {
   std::vector<Sighting> seen;
   Time last{};
-  for (const Time begin = Clock::now(); seen.size() < kImages;) {
+  for (const Time begin = Clock::now(); seen.size() < kLightImages;) {
     if (SecondsBetween(begin, Clock::now()) > kTimeout) break;
     slave->WaitForNewer(last, std::chrono::milliseconds(50));
     const auto image = slave->Image(false, 90);
@@ -63,13 +63,13 @@ TEST(LightTest, ATraceHasTheExposureTimeOfItsImage) {
   const auto slave = MakeLiveSlave(scene);
   const SimulatedDevices devices(scene, slave.get());
   const std::vector<Sighting> seen = Watch(slave.get());
-  ASSERT_EQ(seen.size(), kImages);
+  ASSERT_EQ(seen.size(), kLightImages);
   const auto [dimmest, brightest] = std::ranges::minmax(seen, {}, &Sighting::level);
   ASSERT_GT(brightest.level - dimmest.level, 0.05 * brightest.level) << "the lamp never switched";
   const double between = (dimmest.level + brightest.level) / 2;
   const auto wrong = std::ranges::count_if(
       seen, [&](const Sighting& one) { return (one.level < between) != one.is_marked_dim; });
-  EXPECT_LE(wrong, static_cast<std::ptrdiff_t>(kImages / 10));
+  EXPECT_LE(wrong, static_cast<std::ptrdiff_t>(kLightImages / 10));
 }
 
 }  // namespace

@@ -1,7 +1,6 @@
 #include "slave/live/operator_port.h"
 
 #include <functional>
-#include <limits>
 #include <utility>
 
 #include <gtest/gtest.h>
@@ -9,14 +8,12 @@
 #include "tests/slave/live/arm_sequence.h"
 #include "tests/slave/live/operator_port_fixture.h"
 #include "tests/support/dice.h"
+#include "tests/support/not_finite.h"
 
 namespace palpate {
 namespace {
 
 using Eigen::Vector3d;
-
-constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
-constexpr double kInf = std::numeric_limits<double>::infinity();
 
 TEST_F(OperatorPortTest, EngagingMovesNothingAndMotionIsScaled) {
   const Vector3d start = arm_.Tip();

@@ -20,8 +20,8 @@ Time Now() {
   return test_time;
 }
 
-constexpr double kPeriod = 1e-3;      // [s]
-constexpr double kClockOffset = 1e5;  // of the driver's clock [s]
+constexpr double kReportPeriod = 1e-3;  // [s]
+constexpr double kClockOffset = 1e5;    // of the driver's clock [s]
 constexpr DriverId kDriver = 1, kOther = 2;
 
 class StreamedManipulatorTest : public testing::Test {
@@ -41,8 +41,8 @@ class StreamedManipulatorTest : public testing::Test {
   void Pass(double seconds) { test_time += Seconds(seconds); }
   // Simulates a perfect arm for `seconds`. Returns its last target.
   Vector3d Drive(double seconds) {
-    for (double t = 0; t < seconds; t += kPeriod) {
-      Pass(kPeriod);
+    for (double t = 0; t < seconds; t += kReportPeriod) {
+      Pass(kReportPeriod);
       const ArmAim aim = arm_.Aim(test_time);
       if (aim.motion == Motion::kFollow) tip_ = aim.p_S_tip;
       fastest_ = std::max(fastest_, aim.velocity.norm());
@@ -94,12 +94,12 @@ class TurningArmTest : public StreamedManipulatorTest {
   // Follows the targets for `seconds`. Returns their largest angular speed [rad/s].
   double Turn(double seconds) {
     double fastest = 0;
-    for (double t = 0; t < seconds; t += kPeriod) {
-      Pass(kPeriod);
+    for (double t = 0; t < seconds; t += kReportPeriod) {
+      Pass(kReportPeriod);
       const ArmAim aim = arm_.Aim(test_time);
       if (aim.motion == Motion::kFollow) {
         tip_ = aim.p_S_tip;
-        fastest = std::max(fastest, rotation_.angularDistance(*aim.R_S_tool) / kPeriod);
+        fastest = std::max(fastest, rotation_.angularDistance(*aim.R_S_tool) / kReportPeriod);
         rotation_ = *aim.R_S_tool;
       }
       ArmReading reading = Reading(tip_);
@@ -203,11 +203,11 @@ TEST_F(StreamedManipulatorTest, AHeldArmStaysAtItsMeasuredPosition) {
   ASSERT_TRUE(arm_.Command({0.05, 0, 0}));
   Drive(0.2);
   const Vector3d measured = tip_ - Vector3d(3e-4, 0, 0);  // the arm yields
-  Pass(kPeriod);
+  Pass(kReportPeriod);
   ASSERT_EQ(Report(measured), std::nullopt);
   arm_.Hold();
   EXPECT_EQ(arm_.Aim(test_time).p_S_tip, measured);
-  Pass(kPeriod);
+  Pass(kReportPeriod);
   ASSERT_EQ(Report(measured - Vector3d(1e-4, 0, 0)), std::nullopt);
   arm_.Hold();
   EXPECT_EQ(arm_.Aim(test_time).p_S_tip, measured);
@@ -217,9 +217,10 @@ TEST_F(StreamedManipulatorTest, AHeldArmStaysAtItsMeasuredPosition) {
 TEST_F(StreamedManipulatorTest, CommandsBeginWhereTheArmIs) {
   Drive(0.1);
   tip_ += Vector3d(0, 0.01, 0);
-  for (int i = 0; i < 400; ++i) Drive(kPeriod);  // first far from the last position, later accepted
+  for (int i = 0; i < 400; ++i)
+    Drive(kReportPeriod);  // first far from the last position, later accepted
   ASSERT_TRUE(arm_.Command(tip_));
-  Pass(kPeriod);
+  Pass(kReportPeriod);
   EXPECT_TRUE((arm_.Aim(test_time).p_S_tip - tip_).isZero(1e-12));
 }
 
@@ -237,7 +238,7 @@ TEST_P(FaultyReadingTest, IsAFaultInWordsAndNoPlace) {
   ASSERT_TRUE(arm_.Command({0.05, 0, 0}));
   Drive(0.1);
   const Vector3d before = arm_.Tip();
-  Pass(kPeriod);
+  Pass(kReportPeriod);
   ArmReading reading = Reading(tip_);
   GetParam().apply(&reading);
   ASSERT_EQ(arm_.Take(kDriver, "", reading, test_time), std::nullopt);
@@ -259,7 +260,7 @@ INSTANTIATE_TEST_SUITE_P(
 
 TEST_F(StreamedManipulatorTest, ReadingsOutOfOrderAreRefusedInWords) {
   Drive(0.1);
-  Pass(kPeriod);
+  Pass(kReportPeriod);
   const auto refusal = [this](const ArmReading& reading) {
     return arm_.Take(kDriver, "", reading, test_time).value_or(DriverRefusal{}).why;
   };
@@ -272,7 +273,7 @@ TEST_F(StreamedManipulatorTest, ReadingsOutOfOrderAreRefusedInWords) {
 
 TEST_F(StreamedManipulatorTest, OneDriverAtATime) {
   Drive(0.1);
-  Pass(kPeriod);
+  Pass(kReportPeriod);
   ArmReading other = Reading(tip_);
   EXPECT_THAT(arm_.Take(kOther, "b", other, test_time).value_or(DriverRefusal{}).why,
               HasSubstr("the manipulator is driven by a driver"));
@@ -287,7 +288,7 @@ TEST_F(StreamedManipulatorTest, OneDriverAtATime) {
 
 TEST_F(StreamedManipulatorTest, AForceIsReportedOnlyWhileTheArmIsWell) {
   Drive(0.1);
-  Pass(kPeriod);
+  Pass(kReportPeriod);
   ArmReading reading = Reading(tip_);
   reading.force = Vector3d(0, 1, 0);
   ASSERT_EQ(arm_.Take(kDriver, "", reading, test_time), std::nullopt);
@@ -301,10 +302,10 @@ TEST(ArmFitTest, FindsLagAndScaleOfAnArmThatMoves) {
   constexpr double kLag = 0.012, kScale = 1.03, kRate = 2 * std::numbers::pi * 0.5, kWay = 5e-3;
   ArmFit fit;
   EXPECT_FALSE(fit.found());
-  for (double t = 0; t < 4; t += kPeriod) {
+  for (double t = 0; t < 4; t += kReportPeriod) {
     const auto place = [&](double at) { return Vector3d(0, kWay * std::sin(kRate * at), 0); };
     const Vector3d velocity(0, kWay * kRate * std::cos(kRate * t), 0);
-    fit.Add(kScale * place(t - kLag) + Vector3d(1, 2, 3), place(t), velocity, kPeriod);
+    fit.Add(kScale * place(t - kLag) + Vector3d(1, 2, 3), place(t), velocity, kReportPeriod);
   }
   ASSERT_TRUE(fit.found());
   EXPECT_NEAR(fit.found()->lag, kLag, 0.5e-3);

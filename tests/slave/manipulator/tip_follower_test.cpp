@@ -1,15 +1,13 @@
 #include "slave/manipulator/tip_follower.h"
 
-#include <limits>
-
 #include <gtest/gtest.h>
+
+#include "tests/support/not_finite.h"
 
 namespace palpate {
 namespace {
 
 constexpr double kDt = 1e-3;
-constexpr double kInf = std::numeric_limits<double>::infinity();
-constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
 
 ManipulatorOptions Options() {
   return {.home = {0, 0.02, 0},

@@ -13,7 +13,7 @@ namespace {
 
 using Eigen::Vector2d;
 
-constexpr Bem2dModel::Params kSilicone{.young_modulus = 127e3, .thickness = 9e-3};
+constexpr Bem2dModel::Params kSiliconeBody{.young_modulus = 127e3, .thickness = 9e-3};
 constexpr int kTop = 37;  // element at the centre of the top side of a block of 60 elements
 
 ReferenceProblem Silicone(int elements = 60) {
@@ -23,7 +23,7 @@ ReferenceProblem Silicone(int elements = 60) {
 // Reference: the same block with elements twelve times shorter. A valid answer is within 10 % plus
 // the 4 % of the estimate.
 TEST(Bem2dModel, AToolThatElementsAreTooLongForIsExtrapolated) {
-  Bem2dModel fine(Silicone(720), kSilicone), coarse(Silicone(60), kSilicone);
+  Bem2dModel fine(Silicone(720), kSiliconeBody), coarse(Silicone(60), kSiliconeBody);
   int valid = 0, flagged = 0;
   for (const double width : {1.5e-3, 2.5e-3, 4e-3, 5.9e-3, 12e-3, 17.6e-3}) {
     Contact press = bodies::Move(-1, {0, -1e-3});
@@ -46,7 +46,7 @@ TEST(Bem2dModel, AToolThatElementsAreTooLongForIsExtrapolated) {
 // vertices' tractions, times their shares of the boundary, is the force. There is no traction
 // elsewhere, not even on the supports.
 TEST(Bem2dModel, TractionOnTheVerticesAddsUpToTheForceOfTheTool) {
-  Bem2dModel::Params params = kSilicone;
+  Bem2dModel::Params params = kSiliconeBody;
   params.contact = ContactLaw::kFrictionless;
   for (const ElementOrder order : {ElementOrder::kConstant, ElementOrder::kQuadratic}) {
     ReferenceProblem problem = Silicone();
@@ -79,7 +79,7 @@ TEST(Bem2dModel, TractionOnTheVerticesAddsUpToTheForceOfTheTool) {
 
 // Law: along the surface the tool slides, on fixed elements too.
 TEST(Bem2dModel, AFrictionlessContactSlidesAlongTheSurface) {
-  Bem2dModel::Params params = kSilicone;
+  Bem2dModel::Params params = kSiliconeBody;
   params.contact = ContactLaw::kFrictionless;
   Bem2dModel model(Silicone(), params);
   EXPECT_EQ(bodies::Respond(model, {bodies::Move(kTop, {1e-3, 0})}).front().force_O.norm(), 0);
@@ -93,7 +93,7 @@ TEST(Bem2dModel, AFrictionlessContactSlidesAlongTheSurface) {
 
 // Reference: a fresh model, which has no set to mistake the new one for.
 TEST(Bem2dModel, AChangedContactSetIsNoticed) {
-  Bem2dModel::Params params = kSilicone;
+  Bem2dModel::Params params = kSiliconeBody;
   params.contact = ContactLaw::kFrictionless;
   Bem2dModel kept(Silicone(), params);
   Contact contact = bodies::Move(kTop, {0, -1e-3});
@@ -126,12 +126,12 @@ TEST(Bem2dModel, WhatHasNoAnswerFails) {
     EXPECT_EQ(bodies::Respond(model, contacts).front().validity, Validity::kFailed);
     EXPECT_FALSE(model.failure().empty());
   };
-  Bem2dModel model(Silicone(), kSilicone);
+  Bem2dModel model(Silicone(), kSiliconeBody);
   Contact aside = bodies::Move(kTop, {0, -1e-3});
   aside.prescribed_O.z() = 1e-3;
   expect_failure(model, {aside});
   expect_failure(model, {bodies::Load(3, {0, -1e-3})});
-  Bem2dModel::Params params = kSilicone;
+  Bem2dModel::Params params = kSiliconeBody;
   params.contact = ContactLaw::kFrictionless;
   Bem2dModel sliding(bodies::Free(MeshRectangle(0.088, 0.088, 60), 0.49, Plane::kStress), params);
   expect_failure(sliding, {bodies::Move(7, {0, 1e-3}), bodies::Move(37, {0, -1e-3})});
@@ -139,7 +139,7 @@ TEST(Bem2dModel, WhatHasNoAnswerFails) {
 
 // Reference: equilibrium, the reactions of the held side carry the load (1.3 % at 60 elements).
 TEST(Bem2dModel, AZeroDisplacementOnHeldElementsReportsTheReaction) {
-  Bem2dModel model(Silicone(), kSilicone);
+  Bem2dModel model(Silicone(), kSiliconeBody);
   std::vector<Contact> contacts{bodies::Load(kTop, {0, -0.5})};
   for (int i = 0; i < 15; ++i) contacts.push_back(bodies::Move(i, {0, 0}));
   const auto responses = bodies::Respond(model, contacts);
@@ -149,7 +149,8 @@ TEST(Bem2dModel, AZeroDisplacementOnHeldElementsReportsTheReaction) {
 }
 
 TEST(Bem2dModel, ABodyThatNothingHoldsTakesBalancedLoadsOnly) {
-  Bem2dModel model(bodies::Free(MeshRectangle(0.088, 0.088, 60), 0.49, Plane::kStress), kSilicone);
+  Bem2dModel model(bodies::Free(MeshRectangle(0.088, 0.088, 60), 0.49, Plane::kStress),
+                   kSiliconeBody);
   Solution solution;
   const auto squeeze =
       bodies::Respond(model, {bodies::Load(7, {0, 0.5}), bodies::Load(37, {0, -0.5})}, &solution);
@@ -176,14 +177,15 @@ TEST(Bem2dModel, ABodyThatNothingHoldsTakesBalancedLoadsOnly) {
 }
 
 TEST(Bem2dModel, AllAroundPrescribedIsRefusedWhereIncompressible) {
-  Bem2dModel model(bodies::Free(MeshDisc(1, 24), 0.5, Plane::kStrain), kSilicone);
+  Bem2dModel model(bodies::Free(MeshDisc(1, 24), 0.5, Plane::kStrain), kSiliconeBody);
   std::vector<Contact> contacts;
   for (int i = 0; i < 24; ++i) contacts.push_back(bodies::Move(i, {1e-3, 0}));
   EXPECT_EQ(bodies::Respond(model, contacts)[0].validity, Validity::kFailed);
   contacts.pop_back();
   const auto responses = bodies::Respond(model, contacts);
   EXPECT_EQ(responses[0].validity, Validity::kValid);
-  EXPECT_LT(responses[0].force_O.norm(), 1e-9 * kSilicone.young_modulus * kSilicone.thickness);
+  EXPECT_LT(responses[0].force_O.norm(),
+            1e-9 * kSiliconeBody.young_modulus * kSiliconeBody.thickness);
 }
 
 // One contact moves, one begins, one ends. Reference: a fresh model.
@@ -191,7 +193,7 @@ TEST(Bem2dModel, ContactsComeMoveAndGoWithoutAllocating) {
   for (const ElementOrder order : {ElementOrder::kConstant, ElementOrder::kLinear}) {
     ReferenceProblem problem = Silicone(160);
     problem.order = order;
-    Bem2dModel model(problem, kSilicone);
+    Bem2dModel model(problem, kSiliconeBody);
     std::vector<Contact> contacts;
     for (int i = 0; i < 20; ++i) contacts.push_back(bodies::Move(42 + 5 * i, {1e-4 * i, -1e-3}));
     std::vector<ContactResponse> responses(contacts.size());
@@ -208,7 +210,7 @@ TEST(Bem2dModel, ContactsComeMoveAndGoWithoutAllocating) {
     for (int t = 80; t < 2000; ++t) valid = tick(t) && valid;
     EXPECT_EQ(AllocationCount(), before);
     EXPECT_TRUE(valid);
-    Bem2dModel fresh(problem, kSilicone);
+    Bem2dModel fresh(problem, kSiliconeBody);
     tick(2000);
     const auto expected = bodies::Respond(fresh, contacts);
     for (std::size_t i = 0; i < expected.size(); ++i) {

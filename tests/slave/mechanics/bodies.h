@@ -13,6 +13,9 @@ namespace palpate::bodies {
 
 using contacts::Respond;
 
+inline constexpr std::array kOrders{ElementOrder::kConstant, ElementOrder::kLinear,
+                                    ElementOrder::kQuadratic};
+
 inline ReferenceProblem Block(int elements, double side = 1, double nu = 0.45,
                               Plane plane = Plane::kStrain) {
   ReferenceProblem problem{MeshRectangle(side, side, elements), {}, nu, plane};

@@ -1,5 +1,5 @@
 // Tests the requirements of deformation_model.h with every kind of model. A new kind is added by
-// one line in Kinds().
+// one line in TestedKinds().
 #include <algorithm>
 #include <cmath>
 #include <functional>
@@ -39,7 +39,7 @@ const Presses kOnCube{{0.5, 0.5, 1}, {0.25, 0.5, 1}, {0.5, 0.5, 0}, {0.1, 0.05, 
 const Presses kOnBlock{{0.52, 1, 0}, {0.21, 1, 0}, {0.52, 0, 0}, {0.1, -1, 0}};
 const Presses kOnDisc{{0.05, 0, 0}, {-0.2, 0.1, 0}, {0.5, 0, 0}, {0, 0, -1}, 1e-4};
 
-struct Kind {
+struct TestedKind {
   std::string name;
   const Presses* presses;
   bool is_linear;
@@ -52,21 +52,21 @@ struct Kind {
   // of two loads, if the stiffness of the discretisation is not symmetric (collocation).
   double asymmetry = 0;
 };
-void PrintTo(const Kind& kind, std::ostream* out) {
+void PrintTo(const TestedKind& kind, std::ostream* out) {
   *out << kind.name;
 }
 
-struct Cube {
+struct CubeBody {
   SolidMesh mesh;
   HeldNodes held;  // supports: the bottom
 };
-Cube MakeCube(double size) {
+CubeBody MakeCube(double size) {
   const SolidMesh mesh = MeshBox({size, size, size}, {4, 4, 4});
   return {mesh, FixedWhere(mesh, [&](const Vector3d& p) { return p.z() < 1e-6 * size; })};
 }
 
-Kind Bem2d(const char* name, ElementOrder order, Plane plane = Plane::kStress,
-           ContactLaw contact = ContactLaw::kBonded) {
+TestedKind Bem2d(const char* name, ElementOrder order, Plane plane = Plane::kStress,
+                 ContactLaw contact = ContactLaw::kBonded) {
   return {name,
           &kOnBlock,
           true,
@@ -82,53 +82,53 @@ Kind Bem2d(const char* name, ElementOrder order, Plane plane = Plane::kStress,
           0.03};
 }
 
-Kind Fem(const char* name, Law law) {
+TestedKind Fem(const char* name, Law law) {
   return {name, &kOnCube, law == Law::kLinear, 1e-7, [=](double size, double modulus) -> Model {
             FemModel::Params params{
                 .material = {.young_modulus = modulus, .poisson_ratio = 0.3, .density = 0},
                 .options = {.law = law, .residual = 1e-10},
                 .range = 0.1};
-            const Cube cube = MakeCube(size);
+            const CubeBody cube = MakeCube(size);
             return std::make_unique<FemModel>(cube.mesh, cube.held, params);
           }};
 }
 
-Kind Solid(const char* name, Element element, Law law, double nu = 0.3) {
+TestedKind Solid(const char* name, Element element, Law law, double nu = 0.3) {
   return {name, &kOnCube, law == Law::kLinear, 1e-7, [=](double size, double modulus) -> Model {
             SolidModel::Params params{
                 .options = {.element = element, .law = law, .residual = 1e-10},
                 .young_modulus = modulus,
                 .poisson_ratio = nu};
-            const Cube cube = MakeCube(size);
+            const CubeBody cube = MakeCube(size);
             return std::make_unique<SolidModel>(cube.mesh, cube.held, params);
           }};
 }
 
-Kind Green(const char* name, FemOptions::Element element, double nu = 0.3,
-           ContactLaw contact = ContactLaw::kBonded) {
+TestedKind Green(const char* name, FemOptions::Element element, double nu = 0.3,
+                 ContactLaw contact = ContactLaw::kBonded) {
   return {name, &kOnCube, true, 1e-9, [=](double size, double modulus) -> Model {
-            const Cube cube = MakeCube(size);
+            const CubeBody cube = MakeCube(size);
             return std::make_unique<FemGreenModel>(
                 cube.mesh, cube.held, modulus, nu,
                 FemGreenModel::Options{.element = element, .contact = contact});
           }};
 }
 
-Kind Plate() {
+TestedKind Plate() {
   return {
       "plate", &kOnDisc, true, 1e-9, [](double size, double modulus) -> Model {
         return std::make_unique<PlateModel>(PlateModel::Params{size / 2, size / 50, modulus, 0.4});
       }};
 }
 
-Kind PlateLarge() {
+TestedKind PlateLarge() {
   return {"plate-large", &kOnDisc, false, 1e-6, [](double size, double modulus) -> Model {
             return std::make_unique<PlateLargeModel>(
                 PlateLargeModel::Params{size / 2, size / 50, modulus, 0.4});
           }};
 }
 
-std::vector<Kind> Kinds() {
+std::vector<TestedKind> TestedKinds() {
   return {
       Bem2d("bem2d-constant", ElementOrder::kConstant),
       Bem2d("bem2d-linear", ElementOrder::kLinear),
@@ -148,7 +148,7 @@ std::vector<Kind> Kinds() {
   };
 }
 
-std::vector<Kind> FrictionlessKinds() {
+std::vector<TestedKind> FrictionlessKinds() {
   const auto law = ContactLaw::kFrictionless;
   return {Bem2d("bem2d-constant", ElementOrder::kConstant, Plane::kStress, law),
           Bem2d("bem2d-quadratic", ElementOrder::kQuadratic, Plane::kStress, law),
@@ -157,7 +157,7 @@ std::vector<Kind> FrictionlessKinds() {
           Green("fem-green-tet10-mixed", Element::kTet10, 0.499, law)};
 }
 
-class Conformance : public testing::TestWithParam<Kind> {
+class Conformance : public testing::TestWithParam<TestedKind> {
  protected:
   static constexpr double kSize = 0.06;    // [m]
   static constexpr double kModulus = 3e4;  // [Pa]
@@ -452,21 +452,21 @@ TEST_P(FrictionlessConformance, ContactsPushAlongTheNormalOnly) {
   }
 }
 
-std::string NameOf(const testing::TestParamInfo<Kind>& tested) {
+std::string NameOfCase(const testing::TestParamInfo<TestedKind>& tested) {
   std::string name = tested.param.name;
   std::ranges::replace(name, '-', '_');
   return name;
 }
-std::vector<Kind> LinearKinds() {
-  std::vector<Kind> kinds = Kinds();
-  std::erase_if(kinds, [](const Kind& kind) { return !kind.is_linear; });
+std::vector<TestedKind> LinearKinds() {
+  std::vector<TestedKind> kinds = TestedKinds();
+  std::erase_if(kinds, [](const TestedKind& kind) { return !kind.is_linear; });
   return kinds;
 }
 
-INSTANTIATE_TEST_SUITE_P(Kinds, Conformance, testing::ValuesIn(Kinds()), NameOf);
-INSTANTIATE_TEST_SUITE_P(Kinds, LinearConformance, testing::ValuesIn(LinearKinds()), NameOf);
+INSTANTIATE_TEST_SUITE_P(Kinds, Conformance, testing::ValuesIn(TestedKinds()), NameOfCase);
+INSTANTIATE_TEST_SUITE_P(Kinds, LinearConformance, testing::ValuesIn(LinearKinds()), NameOfCase);
 INSTANTIATE_TEST_SUITE_P(Kinds, FrictionlessConformance, testing::ValuesIn(FrictionlessKinds()),
-                         NameOf);
+                         NameOfCase);
 
 }  // namespace
 }  // namespace palpate

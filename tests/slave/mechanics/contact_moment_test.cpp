@@ -10,6 +10,7 @@
 
 #include "slave/mechanics/factory/make_model.h"
 #include "tests/slave/mechanics/bodies.h"
+#include "tests/slave/mechanics/contacts.h"
 
 namespace palpate {
 namespace {
@@ -17,14 +18,14 @@ namespace {
 using Eigen::Vector2d;
 using Eigen::Vector3d;
 
-constexpr double kSide = 0.088;
+constexpr double kBlockSide = 0.088;
 constexpr Bem2dModel::Params kSilicone{.young_modulus = 127e3, .thickness = 9e-3};
 
-Bem2dModel& Block(int elements, ElementOrder order) {
+Bem2dModel& BlockOf(int elements, ElementOrder order) {
   static std::map<std::pair<int, ElementOrder>, std::unique_ptr<Bem2dModel>> made;
   auto& model = made[{elements, order}];
   if (!model) {
-    ReferenceProblem problem = bodies::Block(elements, kSide, 0.49, Plane::kStress);
+    ReferenceProblem problem = bodies::Block(elements, kBlockSide, 0.49, Plane::kStress);
     problem.order = order;
     model = std::make_unique<Bem2dModel>(std::move(problem), kSilicone);
   }
@@ -33,7 +34,7 @@ Bem2dModel& Block(int elements, ElementOrder order) {
 
 ContactResponse Punch(Bem2dModel& model, double x, double width, const Vector2d& moved) {
   Contact contact = bodies::Move(-1, moved);
-  contact.p_O = {x, kSide, 0};
+  contact.p_O = {x, kBlockSide, 0};
   contact.width = width;
   return bodies::Respond(model, {contact})[0];
 }
@@ -41,7 +42,7 @@ ContactResponse Punch(Bem2dModel& model, double x, double width, const Vector2d&
 // Reference: the same bonded flat punch with at least six times as many elements. Places are
 // between the centre and half a width from the corner, at and between the ends of elements.
 TEST(ContactMoment, OfABondedFlatPunchIsWithin5PercentOfForceTimesWidth) {
-  Bem2dModel& fine = Block(1440, ElementOrder::kConstant);
+  Bem2dModel& fine = BlockOf(1440, ElementOrder::kConstant);
   int eccentric = 0;
   for (const double width : {5.9e-3, 12e-3}) {
     for (const double x : {0.0441, 0.03, 0.017, 0.0098, 0.0063}) {
@@ -55,7 +56,7 @@ TEST(ContactMoment, OfABondedFlatPunchIsWithin5PercentOfForceTimesWidth) {
                                               {120, ElementOrder::kLinear},
                                               {240, ElementOrder::kConstant},
                                               {240, ElementOrder::kQuadratic}}) {
-          const ContactResponse is = Punch(Block(elements, order), x, width, moved);
+          const ContactResponse is = Punch(BlockOf(elements, order), x, width, moved);
           ASSERT_TRUE(is.moment_O) << elements;
           const double off = (*is.moment_O - *should.moment_O).norm();
           const double scale = should.force_O.norm() * width;
@@ -70,16 +71,16 @@ TEST(ContactMoment, OfABondedFlatPunchIsWithin5PercentOfForceTimesWidth) {
 }
 
 TEST(ContactMoment, OfOneConstantElementOrOfAPointIsUnknown) {
-  EXPECT_FALSE(Punch(Block(60, ElementOrder::kConstant), 0.017, 5.9e-3, {0, -1e-3}).moment_O);
-  EXPECT_FALSE(Punch(Block(120, ElementOrder::kConstant), 0.017, 0, {0, -1e-3}).moment_O);
+  EXPECT_FALSE(Punch(BlockOf(60, ElementOrder::kConstant), 0.017, 5.9e-3, {0, -1e-3}).moment_O);
+  EXPECT_FALSE(Punch(BlockOf(120, ElementOrder::kConstant), 0.017, 0, {0, -1e-3}).moment_O);
 }
 
 // Law: equilibrium: the supports' moment about the contact's place is the negative.
 TEST(ContactMoment, BalancesTheSupports) {
-  Bem2dModel& model = Block(240, ElementOrder::kQuadratic);
+  Bem2dModel& model = BlockOf(240, ElementOrder::kQuadratic);
   const double width = 12e-3;
   Contact contact = bodies::Move(-1, {5e-4, -1e-3});
-  contact.p_O = {0.017, kSide, 0};
+  contact.p_O = {0.017, kBlockSide, 0};
   contact.width = width;
   Solution solution;
   model.Solve({&contact, 1}, &solution);
@@ -99,7 +100,7 @@ TEST(ContactMoment, BalancesTheSupports) {
   EXPECT_NEAR(response.moment_O->z(), -moment, 0.01 * size);
 }
 
-std::unique_ptr<DeformationModel> Cube(const std::string& kind, int cells, bool quadratic) {
+std::unique_ptr<DeformationModel> CubeModel(const std::string& kind, int cells, bool quadratic) {
   Scene scene;
   scene.object.geometry = BoxGeometry{{1, 1, 1}, {cells, cells, cells}};
   scene.object.material = {.young_modulus = 1, .poisson_ratio = 0.3, .density = 1};
@@ -110,17 +111,10 @@ std::unique_ptr<DeformationModel> Cube(const std::string& kind, int cells, bool 
   return MakeModel(scene, MeshObject(scene, std::nullopt));
 }
 
-ContactResponse Query(DeformationModel& model, const Contact& contact) {
-  model.Reset();
-  const ContactResponse response = contacts::Answer(model, contact);
-  EXPECT_NE(response.validity, Validity::kFailed) << model.failure();
-  return response;
-}
-
 // Reference: fem-green with a third of the edge length. The disc lies completely on the top or
 // extends over its edge. Flagged answers are not compared.
 TEST(ContactMoment, OfADiscOnASolidIsWithin5PercentOfForceTimesWidth) {
-  const auto fine = Cube("fem-green", 24, false);
+  const auto fine = CubeModel("fem-green", 24, false);
   int valid = 0;
   struct Mesh {
     std::string kind;
@@ -129,13 +123,14 @@ TEST(ContactMoment, OfADiscOnASolidIsWithin5PercentOfForceTimesWidth) {
   };
   for (const Mesh& mesh :
        {Mesh{"fem-green", 12, false}, Mesh{"fem", 10, false}, Mesh{"fem", 9, true}}) {
-    const auto model = Cube(mesh.kind, mesh.cells, mesh.quadratic);
+    const auto model = CubeModel(mesh.kind, mesh.cells, mesh.quadratic);
     for (const Vector3d& p_O :
          {Vector3d(0.5, 0.5, 1), Vector3d(0.71, 0.5, 1), Vector3d(0.76, 0.5, 1),
           Vector3d(0.78, 0.62, 1), Vector3d(0.9, 0.5, 1)}) {
       const double width = 0.4;
       const Contact press = contacts::Move(p_O, {5e-5, 0, -1e-4}, width);
-      const ContactResponse should = Query(*fine, press), is = Query(*model, press);
+      const ContactResponse should = contacts::Query(*fine, press),
+                            is = contacts::Query(*model, press);
       ASSERT_TRUE(should.moment_O && is.moment_O) << mesh.kind;
       if (is.validity != Validity::kValid) continue;
       ++valid;
@@ -147,12 +142,14 @@ TEST(ContactMoment, OfADiscOnASolidIsWithin5PercentOfForceTimesWidth) {
     }
     // Law: a uniform load acts at the centroid of the part of the disc that lies on the surface.
     const Vector3d load(0, 0, -1e-3);
-    const ContactResponse whole = Query(*model, contacts::Push({0.71, 0.5, 1}, load, 0.4));
+    const ContactResponse whole =
+        contacts::Query(*model, contacts::Push({0.71, 0.5, 1}, load, 0.4));
     ASSERT_TRUE(whole.moment_O);
     EXPECT_LT(whole.moment_O->norm(), 1e-9 * load.norm());
     // The disc without the segment beyond the edge.
     const double r = 0.2, d = 0.02, chord = std::sqrt(r * r - d * d);
-    const ContactResponse cut = Query(*model, contacts::Push({1 - d, 0.5, 1}, load, 2 * r));
+    const ContactResponse cut =
+        contacts::Query(*model, contacts::Push({1 - d, 0.5, 1}, load, 2 * r));
     ASSERT_TRUE(cut.moment_O);
     const double left = std::numbers::pi * r * r - r * r * std::acos(d / r) + d * chord;
     const double arm = 2.0 / 3 * std::pow(chord, 3) / left;

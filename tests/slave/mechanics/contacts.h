@@ -4,6 +4,7 @@
 #include <vector>
 
 #include <Eigen/Core>
+#include <gtest/gtest.h>
 
 #include "slave/mechanics/deformation_model.h"
 
@@ -34,6 +35,14 @@ inline std::vector<ContactResponse> Respond(DeformationModel& model,
 
 inline ContactResponse Answer(DeformationModel& model, const Contact& contact) {
   return Respond(model, {contact}).front();
+}
+
+// The same at rest, after a Reset; a failure fails the test.
+inline ContactResponse Query(DeformationModel& model, const Contact& contact) {
+  model.Reset();
+  const ContactResponse response = Answer(model, contact);
+  EXPECT_NE(response.validity, Validity::kFailed) << model.failure();
+  return response;
 }
 
 inline std::vector<Eigen::Vector3d> Displacement(DeformationModel& model,

@@ -15,7 +15,7 @@ using Eigen::Vector2d;
 
 constexpr Bem2dModel::Params kPlain{.young_modulus = 1, .thickness = 1, .range = 10};
 
-struct Moved {
+struct MovedElements {
   int element;
   Vector2d displacement;  // [length units]
 };
@@ -24,7 +24,7 @@ struct Moved {
 // displacements; the capacitance matrix is not used. Tolerance: two factorisations of condition
 // 1e2..1e3 in double precision.
 void ExpectDirectSolution(const std::string& body, ReferenceProblem problem,
-                          const std::vector<Moved>& moved) {
+                          const std::vector<MovedElements>& moved) {
   for (const ElementOrder order :
        {ElementOrder::kConstant, ElementOrder::kLinear, ElementOrder::kQuadratic}) {
     problem.order = order;

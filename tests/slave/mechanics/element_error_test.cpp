@@ -14,8 +14,6 @@ namespace {
 using Eigen::Vector2d;
 
 constexpr double kNoRange = 1e9;
-constexpr std::array kOrders{ElementOrder::kConstant, ElementOrder::kLinear,
-                             ElementOrder::kQuadratic};
 
 struct Strip {
   double slenderness = 10;  // length 1 over height
@@ -59,7 +57,7 @@ ContactResponse LoadEnd(const Strip& strip, bool bends) {
 // Reference: Timoshenko's beam with E / (1 - nu^2) in plane strain; up to 30:1 also quadratic
 // elements, because the clamped end makes short strips stiffer. A valid answer is within 5 %.
 TEST(ElementError, AStripThatBendsIsWithinFivePerCentOrExtrapolated) {
-  for (const ElementOrder order : kOrders) {
+  for (const ElementOrder order : bodies::kOrders) {
     int valid = 0, flagged = 0;
     for (const double slenderness : {2.0, 3.0, 5.0, 10.0, 20.0, 50.0, 100.0, 300.0, 1000.0}) {
       for (const int elements : {60, 180}) {
@@ -89,7 +87,7 @@ TEST(ElementError, AStripThatBendsIsWithinFivePerCentOrExtrapolated) {
 // Reference: Hooke's law for a bar, and quadratic elements for short strips, where the clamped end
 // matters.
 TEST(ElementError, AStripThatIsPressedIsWithinFivePerCentOrExtrapolated) {
-  for (const ElementOrder order : kOrders) {
+  for (const ElementOrder order : bodies::kOrders) {
     int valid = 0;
     for (const double slenderness : {1.0, 5.0, 10.0, 30.0, 100.0, 300.0, 1000.0}) {
       for (const double nu : {0.0, 0.49}) {

@@ -17,9 +17,6 @@ using Eigen::Matrix2d;
 using Eigen::Vector2d;
 using Eigen::Vector3d;
 
-constexpr std::array kOrders{ElementOrder::kConstant, ElementOrder::kLinear,
-                             ElementOrder::kQuadratic};
-
 // Displacement, and stress over E.
 struct Exact {
   std::function<Vector2d(const Vector2d&)> displacement;
@@ -48,7 +45,7 @@ Exact Uniform(const Material& material, const Matrix2d& stress) {
 }
 
 // s_xx = y: pure bending.
-Exact Bending(const Material& material) {
+Exact BendingField(const Material& material) {
   const double E = material.plane_modulus(), nu = material.plane_nu();
   return {[=](const Vector2d& p) -> Vector2d {
             return Vector2d(p.x() * p.y(), -0.5 * (p.x() * p.x() + nu * p.y() * p.y())) / E;
@@ -58,7 +55,7 @@ Exact Bending(const Material& material) {
 
 // u = grad f with f harmonic keeps every volume and solves Navier's equations for any nu; the
 // stress is 2 G grad grad f. Here f = exp(2 x) cos(2 y) / 4.
-Exact Harmonic(const Material& material) {
+Exact HarmonicField(const Material& material) {
   const double G = material.shear_modulus();
   return {[](const Vector2d& p) -> Vector2d {
             return 0.5 * std::exp(2 * p.x()) * Vector2d(std::cos(2 * p.y()), -std::sin(2 * p.y()));
@@ -148,7 +145,7 @@ const std::array<Material, 5> kMaterials{
     Material{0.3, Plane::kStress}, Material{0.5, Plane::kStress}, Material{-0.9, Plane::kStrain},
     Material{0.3, Plane::kStrain}, Material{0.5, Plane::kStrain}};
 
-std::string NameOf(const Material& m) {
+std::string NameOfMaterial(const Material& m) {
   return (m.plane == Plane::kStress ? "plane stress, nu " : "plane strain, nu ") +
          std::to_string(m.nu);
 }
@@ -161,8 +158,8 @@ TEST(ElementOrder, ElementsPassThePatchTestsOfTheirOrder) {
                                const std::string& field) {
     for (const auto& mesh : {Rectangle(12), Perforated(22)}) {
       const Errors errors = ErrorsOf(HeldOnTheLeft(mesh, material, order), exact);
-      EXPECT_LT(errors.displacement, 1e-9) << NameOf(material) << ", " << field;
-      EXPECT_LT(errors.traction, 1e-9) << NameOf(material) << ", " << field;
+      EXPECT_LT(errors.displacement, 1e-9) << NameOfMaterial(material) << ", " << field;
+      EXPECT_LT(errors.traction, 1e-9) << NameOfMaterial(material) << ", " << field;
     }
   };
   const std::array<std::pair<const char*, Vector3d>, 5> stresses{{{"xx", {1, 0, 0}},
@@ -177,7 +174,7 @@ TEST(ElementOrder, ElementsPassThePatchTestsOfTheirOrder) {
         expect_exact(material, order, exact, field);
       }
     }
-    expect_exact(material, ElementOrder::kQuadratic, Bending(material), "bending");
+    expect_exact(material, ElementOrder::kQuadratic, BendingField(material), "bending");
   }
 }
 
@@ -198,7 +195,7 @@ double LastOrder(const std::vector<int>& counts, const std::function<double(int)
 
 constexpr std::array<const char*, 3> kNames{"constant", "linear", "quadratic"};
 std::string Title(ElementOrder order, const Material& material) {
-  return std::string(kNames[static_cast<std::size_t>(order)]) + ", " + NameOf(material);
+  return std::string(kNames[static_cast<std::size_t>(order)]) + ", " + NameOfMaterial(material);
 }
 
 // Reference: an exact solution that no order represents exactly, on a body with corners, held and
@@ -206,9 +203,9 @@ std::string Title(ElementOrder order, const Material& material) {
 // nodes are points of superconvergence, except at the ends of the support.
 TEST(ElementOrder, SmoothFieldsConvergeWithTheTextbooksOrder) {
   for (const auto& material : {kMaterials[0], kMaterials[3], kMaterials[4]}) {
-    for (const ElementOrder order : kOrders) {
+    for (const ElementOrder order : bodies::kOrders) {
       const double measured = LastOrder({24, 48, 96}, [&](int count) {
-        return ErrorsOf(HeldOnTheLeft(Rectangle(count), material, order), Harmonic(material))
+        return ErrorsOf(HeldOnTheLeft(Rectangle(count), material, order), HarmonicField(material))
             .displacement;
       });
       EXPECT_GT(measured, static_cast<int>(order) + 1 - 0.25) << Title(order, material);
@@ -222,7 +219,7 @@ TEST(ElementOrder, BodiesWithHolesConvergeUpToNuOneHalf) {
     const Material material{nu, Plane::kStrain};
     const Exact exact = Sum(Source(material, {1.3, 1.1}), Source(material, {3.2, 1.5}));
     const std::vector<int> counts = nu == 0.5 ? std::vector{66, 132, 264} : std::vector{66, 132};
-    for (const ElementOrder order : kOrders) {
+    for (const ElementOrder order : bodies::kOrders) {
       const double measured = LastOrder(counts, [&](int count) {
         return ErrorsOf(HeldOnTheLeft(Perforated(count), material, order), exact).displacement;
       });
@@ -238,7 +235,7 @@ TEST(ElementOrder, BodiesWithHolesConvergeUpToNuOneHalf) {
 // error of 0.3 %.
 TEST(ElementOrder, VerticesAndPlacesInsideMoveAsUniformTensionSays) {
   const double side = 0.1, nu = 0.3, E = 1e5, thickness = 0.01, pull = 100;
-  for (const ElementOrder order : kOrders) {
+  for (const ElementOrder order : bodies::kOrders) {
     ReferenceProblem problem = bodies::Free(MeshRectangle(side, side, 60), nu, Plane::kStress);
     problem.order = order;
     const BoundaryMesh mesh = problem.mesh;

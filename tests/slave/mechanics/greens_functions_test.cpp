@@ -25,16 +25,16 @@ TEST(GreensFunctions, CountTheRigidMotionsThatAreLeftFree) {
   EXPECT_EQ(GreensFunctions(problem).free_motions(), 0);
 }
 
-std::string RefusalOf(const ReferenceProblem& problem) {
+std::string RefusalOfProblem(const ReferenceProblem& problem) {
   return Thrown<std::invalid_argument>([&] { const GreensFunctions greens(problem); });
 }
 
 TEST(GreensFunctions, RefuseWhatCannotBeSolved) {
   ReferenceProblem all_held = bodies::Free(MeshDisc(1, 20), 0.5, Plane::kStrain);
   for (auto& held : all_held.held) held = {true, true};
-  EXPECT_THAT(RefusalOf(all_held), testing::HasSubstr("whole boundary"));
+  EXPECT_THAT(RefusalOfProblem(all_held), testing::HasSubstr("whole boundary"));
   all_held.nu = 0.49;
-  EXPECT_EQ(RefusalOf(all_held), "");
+  EXPECT_EQ(RefusalOfProblem(all_held), "");
   using P = ReferenceProblem;
   const std::vector<std::pair<void (*)(P*), const char*>> mistakes{
       {[](P* p) { p->nu = 0.51; }, "-1 < nu <= 0.5"},
@@ -46,7 +46,7 @@ TEST(GreensFunctions, RefuseWhatCannotBeSolved) {
   for (const auto& [change, words] : mistakes) {
     ReferenceProblem problem = bodies::Block(8);
     change(&problem);
-    EXPECT_THAT(RefusalOf(problem), testing::HasSubstr(words));
+    EXPECT_THAT(RefusalOfProblem(problem), testing::HasSubstr(words));
   }
 }
 

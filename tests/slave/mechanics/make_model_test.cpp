@@ -31,7 +31,7 @@ int HeldCount(const Scene& scene, int component) {
   return count;
 }
 
-std::string RefusalOf(const Scene& scene) {
+std::string RefusalOfScene(const Scene& scene) {
   return Thrown<std::invalid_argument>([&] { MakeModel(scene, MeshOutline(scene, std::nullopt)); });
 }
 
@@ -119,11 +119,11 @@ TEST(MakeModel, HoldsSidesArcsPlanesAndElements) {
 TEST(MakeModel, RefusesWhatHoldsNothing) {
   Scene scene = BlockScene();
   scene.object.fixed = {{FixedPlane{1, 0.0198}}, {FixedSide{"top"}}};
-  EXPECT_EQ(RefusalOf(scene), "") << "two elements lie at that height";
+  EXPECT_EQ(RefusalOfScene(scene), "") << "two elements lie at that height";
   scene.object.fixed = {{FixedPlane{1, 0.0200}}};
-  EXPECT_THAT(RefusalOf(scene), testing::HasSubstr("plane"));
+  EXPECT_THAT(RefusalOfScene(scene), testing::HasSubstr("plane"));
   scene.object.fixed = {{FixedNodes{{60}}}};
-  EXPECT_THAT(RefusalOf(scene), testing::HasSubstr("expected 0 to 59"));
+  EXPECT_THAT(RefusalOfScene(scene), testing::HasSubstr("expected 0 to 59"));
 }
 
 TEST(MakeModel, NeedsAnOutlineForAnImageContour) {

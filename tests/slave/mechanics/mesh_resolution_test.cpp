@@ -18,13 +18,13 @@ namespace {
 
 using Eigen::Vector3d;
 
-struct Kind {
+struct ElementKind {
   std::string name, kind;
   std::function<void(FemOptions*)> set = [](FemOptions*) {};
 };
 
-const std::vector<Kind>& Kinds() {
-  static const std::vector<Kind> kinds{
+const std::vector<ElementKind>& ElementKinds() {
+  static const std::vector<ElementKind> kinds{
       {"fem", "fem"},
       {"fem tet10", "fem", [](FemOptions* o) { o->element = FemOptions::Element::kTet10; }},
       {"fem neo-hookean", "fem", [](FemOptions* o) { o->law = FemOptions::Law::kNeoHookean; }},
@@ -41,7 +41,7 @@ struct Box {
   double nu = 0.3;
 };
 
-std::unique_ptr<DeformationModel> Make(const Kind& kind, const Box& box) {
+std::unique_ptr<DeformationModel> MakeBox(const ElementKind& kind, const Box& box) {
   Scene scene;
   scene.object.geometry = BoxGeometry{box.size, box.cells};
   scene.object.material = {.young_modulus = 1, .poisson_ratio = box.nu, .density = 1};
@@ -52,14 +52,7 @@ std::unique_ptr<DeformationModel> Make(const Kind& kind, const Box& box) {
   return MakeModel(scene, MeshObject(scene, std::nullopt));
 }
 
-ContactResponse Query(DeformationModel& model, const Contact& contact) {
-  model.Reset();
-  const ContactResponse response = contacts::Answer(model, contact);
-  EXPECT_NE(response.validity, Validity::kFailed) << model.failure();
-  return response;
-}
-
-Contact Press(bool loaded, const Vector3d& p_O, double width) {
+Contact PressOf(bool loaded, const Vector3d& p_O, double width) {
   const Vector3d down(0, 0, -1e-6);
   return loaded ? contacts::Push(p_O, std::max(width, 0.01) * down, width)
                 : contacts::Move(p_O, down, width);
@@ -87,25 +80,25 @@ std::vector<Vector3d> PlacesOnTop(int n) {
           {c + 0.8 * h, c + 0.45 * h, 1}};
 }
 
-int CellsOf(const Kind& kind) {
+int CellsOf(const ElementKind& kind) {
   return kind.name == "fem tet10" ? 4 : 6;
 }
 
-bool KnowsNarrowDiscs(const Kind& kind, bool loaded) {
+bool KnowsNarrowDiscs(const ElementKind& kind, bool loaded) {
   return kind.name == "fem-green tet10" || (kind.kind == "fem-green" && !loaded);
 }
 
 // A tool of 1 and 2 mm on the foam cube of 60 mm with cells of 10 mm: at this mesh density the
 // answer is 2 to 21 times too stiff.
 TEST(PatchResolution, ATouchThatIsNarrowerThanTheMeshIsExtrapolated) {
-  for (const Kind& kind : Kinds()) {
+  for (const ElementKind& kind : ElementKinds()) {
     const int n = CellsOf(kind);
-    const auto model = Make(kind, {.cells = {n, n, n}, .nu = 0.15});
+    const auto model = MakeBox(kind, {.cells = {n, n, n}, .nu = 0.15});
     for (const double width : {1.0 / 60, 2.0 / 60}) {
       for (const Vector3d& p_O : PlacesOnTop(n)) {
         for (const bool loaded : {false, true}) {
           if (KnowsNarrowDiscs(kind, loaded)) continue;
-          const ContactResponse r = Query(*model, Press(loaded, p_O, width));
+          const ContactResponse r = contacts::Query(*model, PressOf(loaded, p_O, width));
           EXPECT_EQ(r.validity, Validity::kExtrapolated) << kind.name << " at " << p_O.transpose();
           EXPECT_EQ(r.flag_reason, kCoarsePatch) << kind.name;
         }
@@ -117,15 +110,15 @@ TEST(PatchResolution, ATouchThatIsNarrowerThanTheMeshIsExtrapolated) {
 // Reference: the half-space, since the disc is some thirty times narrower than the cube. The error
 // is within 5 % (measured: 3 %); the mesh alone was up to 21 times too stiff.
 TEST(PatchResolution, ANarrowDiscIsAsStiffAsOnAHalfSpace) {
-  for (const Kind& kind : Kinds()) {
+  for (const ElementKind& kind : ElementKinds()) {
     const int n = 6;
     for (const double nu : {0.15, 0.45}) {
-      const auto model = Make(kind, {.cells = {n, n, n}, .nu = nu});
+      const auto model = MakeBox(kind, {.cells = {n, n, n}, .nu = nu});
       for (const double width : {1e-4, 1.0 / 60, 2.0 / 60}) {
         for (const Vector3d& p_O : PlacesOnTop(n)) {
           for (const bool loaded : {false, true}) {
             if (!KnowsNarrowDiscs(kind, loaded)) continue;
-            const ContactResponse r = Query(*model, Press(loaded, p_O, width));
+            const ContactResponse r = contacts::Query(*model, PressOf(loaded, p_O, width));
             const std::string where =
                 Formatted("%s, nu %.2f, width %.4f, x %.3f", kind.name.c_str(), nu, width, p_O.x());
             EXPECT_NE(r.flag_reason, kCoarsePatch) << where;
@@ -152,8 +145,9 @@ TEST(PatchResolution, ADiscOfManyNodesIsAsStiffAsTheTool) {
                         {0.49, 0.37, 0.5, 0.5378},
                         {0.49, 0.42, 0.53, 0.6158},
                         {0.49, 0.45, 0.5625, 0.6599}}) {
-    const auto model = Make(Kinds().back(), {.size = {1, 1, 0.8}, .cells = {8, 8, 6}, .nu = c.nu});
-    const ContactResponse r = Query(*model, Press(false, {c.x, 0.5, 0.8}, c.width));
+    const auto model =
+        MakeBox(ElementKinds().back(), {.size = {1, 1, 0.8}, .cells = {8, 8, 6}, .nu = c.nu});
+    const ContactResponse r = contacts::Query(*model, PressOf(false, {c.x, 0.5, 0.8}, c.width));
     EXPECT_EQ(r.validity, Validity::kValid);
     EXPECT_NEAR(StiffnessOf(r) / c.stiffness, 1, 0.04) << c.width << " at " << c.x << ", " << c.nu;
   }
@@ -163,15 +157,16 @@ TEST(PatchResolution, ADiscOfManyNodesIsAsStiffAsTheTool) {
 // displacements along the surface, where the whole body deforms. Both are within the estimate's 10
 // %.
 TEST(PatchResolution, ANarrowDiscOnACoarseMeshIsAsStiffAsOnAFineOne) {
-  for (const Kind& kind : Kinds()) {
+  for (const ElementKind& kind : ElementKinds()) {
     if (!KnowsNarrowDiscs(kind, false)) continue;
-    const auto fine = Make({"fem-green", "fem-green"}, {.cells = {24, 24, 24}});
-    const auto coarse = Make(kind, {.cells = {6, 6, 6}});
+    const auto fine = MakeBox({"fem-green", "fem-green"}, {.cells = {24, 24, 24}});
+    const auto coarse = MakeBox(kind, {.cells = {6, 6, 6}});
     for (const Vector3d& p_O : {Vector3d(0.5, 0.5, 1), {0.625, 0.5, 1}, {0.7083, 0.6667, 1}}) {
       for (const Vector3d& direction : {Vector3d(0, 0, -1), {1, 0, 0}}) {
-        Contact press = Press(false, p_O, 3.0 / 24);
+        Contact press = PressOf(false, p_O, 3.0 / 24);
         press.prescribed_O = 1e-6 * direction;
-        const ContactResponse is = Query(*coarse, press), should = Query(*fine, press);
+        const ContactResponse is = contacts::Query(*coarse, press),
+                              should = contacts::Query(*fine, press);
         EXPECT_EQ(should.validity, Validity::kValid);
         EXPECT_NEAR(is.force_O.dot(direction) / should.force_O.dot(direction), 1, 0.1)
             << kind.name << " at " << p_O.transpose() << " along " << direction.transpose();
@@ -184,25 +179,30 @@ TEST(PatchResolution, ANarrowDiscOnACoarseMeshIsAsStiffAsOnAFineOne) {
 // flagged as before.
 TEST(PatchResolution, ANarrowDiscByAnEdgeOnAThinPartOrBesideAnotherIsExtrapolated) {
   const double width = 1.0 / 60;
-  for (const Kind& kind : Kinds()) {
+  for (const ElementKind& kind : ElementKinds()) {
     if (!KnowsNarrowDiscs(kind, false)) continue;
-    const auto cube = Make(kind, {.cells = {6, 6, 6}});
-    const auto pad = Make(kind, {.size = {1, 1, 0.1}, .cells = {6, 6, 1}});
-    EXPECT_EQ(Query(*cube, Press(false, {0.97, 0.5, 1}, width)).flag_reason, kCoarsePatch)
+    const auto cube = MakeBox(kind, {.cells = {6, 6, 6}});
+    const auto pad = MakeBox(kind, {.size = {1, 1, 0.1}, .cells = {6, 6, 1}});
+    EXPECT_EQ(contacts::Query(*cube, PressOf(false, {0.97, 0.5, 1}, width)).flag_reason,
+              kCoarsePatch)
         << "by an edge";
-    EXPECT_EQ(Query(*cube, Press(false, {0.0, 0.5, 0.1}, width)).flag_reason, kCoarsePatch)
+    EXPECT_EQ(contacts::Query(*cube, PressOf(false, {0.0, 0.5, 0.1}, width)).flag_reason,
+              kCoarsePatch)
         << "by what is held";
-    EXPECT_EQ(Query(*pad, Press(false, {0.52, 0.51, 0.1}, width)).flag_reason, kCoarsePatch)
+    EXPECT_EQ(contacts::Query(*pad, PressOf(false, {0.52, 0.51, 0.1}, width)).flag_reason,
+              kCoarsePatch)
         << "a thin pad";
-    const std::array beside{Press(false, {0.4, 0.5, 1}, width), Press(false, {0.6, 0.5, 1}, width)};
+    const std::array beside{PressOf(false, {0.4, 0.5, 1}, width),
+                            PressOf(false, {0.6, 0.5, 1}, width)};
     std::array<ContactResponse, 2> both;
     cube->Respond(beside, both);
     EXPECT_EQ(both[0].flag_reason, kCoarsePatch) << kind.name;
     EXPECT_EQ(both[1].flag_reason, kCoarsePatch) << kind.name;
     // After the other contact has ended, the answer is the same as if that contact had never
     // existed.
-    const double alone = Query(*Make(kind, {.cells = {6, 6, 6}}), beside[0]).force_O.z();
-    const ContactResponse again = Query(*cube, beside[0]);
+    const double alone =
+        contacts::Query(*MakeBox(kind, {.cells = {6, 6, 6}}), beside[0]).force_O.z();
+    const ContactResponse again = contacts::Query(*cube, beside[0]);
     EXPECT_EQ(again.flag_reason, "") << kind.name;
     EXPECT_NEAR(again.force_O.z() / alone, 1, 1e-12) << kind.name;
   }
@@ -210,17 +210,17 @@ TEST(PatchResolution, ANarrowDiscByAnEdgeOnAThinPartOrBesideAnotherIsExtrapolate
 
 // Law: an answer that is updated from the previous one equals that of a new model.
 TEST(PatchResolution, ANarrowDiscThatMovesAmongManyContactsIsAnsweredAsAlone) {
-  for (const Kind& kind : Kinds()) {
+  for (const ElementKind& kind : ElementKinds()) {
     if (!KnowsNarrowDiscs(kind, false)) continue;
     const Box box{.cells = {6, 6, 6}};
-    std::vector<Contact> contacts{Press(false, {0.5, 0.5, 1}, 1.0 / 60)};
+    std::vector<Contact> contacts{PressOf(false, {0.5, 0.5, 1}, 1.0 / 60)};
     for (int i = 0; i < 6; ++i) {
       for (int j = 1; j < 5; ++j) {
         for (const double x : {0.0, 1.0})
-          contacts.push_back(Press(false, {x, i / 6.0, j / 6.0}, 0));
+          contacts.push_back(PressOf(false, {x, i / 6.0, j / 6.0}, 0));
       }
     }
-    const auto moves = Make(kind, box), is_new = Make(kind, box);
+    const auto moves = MakeBox(kind, box), is_new = MakeBox(kind, box);
     std::vector<ContactResponse> got(contacts.size()), wanted(contacts.size());
     for (const double x : {0.5, 0.45, 0.55, 0.52}) {
       contacts[0].p_O.x() = x;
@@ -245,19 +245,19 @@ TEST(PatchResolution, ANarrowDiscThatMovesAmongManyContactsIsAnsweredAsAlone) {
 // flags all contacts with so few nodes of ten-node tetrahedra (see
 // FewNodesUnderAToolAreRightOrExtrapolated).
 TEST(PatchResolution, IsJudgedAsTheHalfSpaceDoes) {
-  for (const Kind& kind : Kinds()) {
+  for (const ElementKind& kind : ElementKinds()) {
     const bool is_slow = kind.name.ends_with("tet10");
     if (!is_slow && kind.kind != "fem-green") continue;  // as fem-green
     const int n = is_slow ? 6 : 12;
     const Box box{.cells = {n, n, n}};
-    const auto model = Make(kind, box);
+    const auto model = MakeBox(kind, box);
     int good = 0, valid = 0;
     for (const double edges : {0.3, 0.5, 0.7, 1.0, 1.3, 1.6, 2.0, 2.3, 2.6, 3.0, 3.5, 4.0}) {
       const double width = edges / n;
       if (width > 0.45 || (is_slow && edges != 1.6 && edges != 2 && edges != 2.3)) continue;
       for (const Vector3d& p_O : PlacesOnTop(n)) {
         for (const bool loaded : {false, true}) {
-          const ContactResponse r = Query(*model, Press(loaded, p_O, width));
+          const ContactResponse r = contacts::Query(*model, PressOf(loaded, p_O, width));
           const double off = std::abs(StiffnessOf(r) / HalfSpace(loaded, width, box.nu) - 1);
           const bool is_valid = r.validity == Validity::kValid;
           EXPECT_LT(is_valid ? off : 0, 0.18) << kind.name << (loaded ? " loaded" : " moved")
@@ -294,13 +294,13 @@ TEST(DiscCompliance, SticksSlidesAndSinksAsItMust) {
 // Reference: E A / L. The tool covers the end except its corners, whose nodes it does not move. The
 // loaded area is a third smaller, but this has no effect one thickness away from the end.
 TEST(PatchResolution, TheEndOfABarIsNoNarrowPatch) {
-  for (const Kind& kind : Kinds()) {
+  for (const ElementKind& kind : ElementKinds()) {
     for (const double length : {4.0, 20.0}) {
       const Box box{
           .size = {length, 1, 1.3}, .cells = {6 * static_cast<int>(length), 3, 4}, .held = 0};
-      const auto model = Make(kind, box);
+      const auto model = MakeBox(kind, box);
       const ContactResponse r =
-          Query(*model, contacts::Move({length, 0.5, 0.65}, {-1e-6, 0, 0}, 1.3));
+          contacts::Query(*model, contacts::Move({length, 0.5, 0.65}, {-1e-6, 0, 0}, 1.3));
       EXPECT_EQ(r.flag_reason, "") << kind.name << " " << length;
       EXPECT_NEAR(-r.force_O.x() / (1e-6 * 1.3 / length), 1, 0.05) << kind.name << " " << length;
     }
@@ -314,10 +314,10 @@ TEST(PatchResolution, FewNodesUnderAToolAreRightOrExtrapolated) {
   int valid = 0, flagged = 0;
   for (const int n : {6, 8}) {
     const Box box{.cells = {n, n, n}};
-    const auto model = Make(Kinds()[1], box);
+    const auto model = MakeBox(ElementKinds()[1], box);
     for (const double elements : {1.3, 1.7, 2.0, 2.5, 3.0}) {
       for (const Vector3d& p_O : PlacesOnTop(n)) {
-        const ContactResponse r = Query(*model, Press(false, p_O, elements / n));
+        const ContactResponse r = contacts::Query(*model, PressOf(false, p_O, elements / n));
         const double off = std::abs(StiffnessOf(r) / HalfSpace(false, elements / n, box.nu) - 1);
         const bool is_valid = r.validity == Validity::kValid;
         EXPECT_LT(is_valid ? off : 0, 0.13) << n << " " << elements << " " << p_O.transpose();
@@ -339,9 +339,9 @@ TEST(StrainResolution, ABeamWithTooFewElementsIsExtrapolated) {
   const std::vector<std::pair<int, int>> coarse{{1, 1},  {2, 1},  {3, 1},  {4, 1},  {5, 1}, {7, 1},
                                                 {10, 1}, {15, 1}, {20, 1}, {40, 1}, {1, 2}, {2, 2},
                                                 {3, 2},  {5, 2},  {10, 2}, {20, 2}, {10, 3}};
-  for (const Kind& kind : Kinds()) {
+  for (const ElementKind& kind : ElementKinds()) {
     // The first two kinds are tested over all values, the others over some.
-    const bool is_swept = &kind < &Kinds()[2];
+    const bool is_swept = &kind < &ElementKinds()[2];
     auto cells = coarse;
     if (kind.name == "fem-green") cells.emplace_back(40, 10);  // where four nodes do
     int valid = 0, flagged = 0, bent_and_valid = 0;
@@ -350,9 +350,9 @@ TEST(StrainResolution, ABeamWithTooFewElementsIsExtrapolated) {
            is_swept ? std::vector{5.0, 8.0, 20.0, 100.0, 1000.0} : std::vector{5.0, 20.0, 1000.0}) {
         for (const auto& [along, across] : cells) {
           if (across > 3 && (length > 5 || nu > 0.4)) continue;
-          const auto model =
-              Make(kind,
-                   {.size = {length, 1, 1}, .cells = {along, across, across}, .held = 0, .nu = nu});
+          const auto model = MakeBox(
+              kind,
+              {.size = {length, 1, 1}, .cells = {along, across, across}, .held = 0, .nu = nu});
           const double G = 1 / (2 * (1 + nu));
           const double bent =
               (4 * std::pow(length, 3) + length / (5.0 / 6 * G)) / (1 + 0.8 * nu * nu / length);
@@ -389,14 +389,14 @@ TEST(StrainResolution, ABeamWithTooFewElementsIsExtrapolated) {
 
 // A block, a pad and a long bar that is fixed along its side do not bend under a finger.
 TEST(StrainResolution, BodiesThatDoNotBendAreNotFlagged) {
-  for (const Kind& kind : Kinds()) {
+  for (const ElementKind& kind : ElementKinds()) {
     for (const Box& box : {Box{.cells = {6, 6, 6}}, Box{.size = {4, 4, 0.5}, .cells = {16, 16, 2}},
                            Box{.size = {5, 1, 1}, .cells = {20, 4, 4}}}) {
       if (kind.name != "fem" && kind.name != "fem-green" && box.cells[0] > 6) continue;
-      const auto model = Make(kind, box);
+      const auto model = MakeBox(kind, box);
       const Vector3d top(box.size.x() / 2, box.size.y() / 2, box.size.z());
       for (const double width : {0.0, 1.0}) {
-        const ContactResponse r = Query(*model, Press(false, top, width));
+        const ContactResponse r = contacts::Query(*model, PressOf(false, top, width));
         EXPECT_NE(r.flag_reason, kStiffInBending) << kind.name << " " << box.size.transpose();
       }
     }

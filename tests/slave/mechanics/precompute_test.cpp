@@ -9,9 +9,9 @@
 namespace palpate {
 namespace {
 
-class Listener final : public Progress {
+class StageListener final : public Progress {
  public:
-  explicit Listener(std::string stop_in = "none") : stop_in_(std::move(stop_in)) {}
+  explicit StageListener(std::string stop_in = "none") : stop_in_(std::move(stop_in)) {}
   void Expect(const PrecomputeCost& cost) override {
     EXPECT_TRUE(stages.empty()) << "before the work starts";
     expected = cost;
@@ -38,7 +38,7 @@ class Listener final : public Progress {
 constexpr Bem2dModel::Params kParams{.young_modulus = 1e5, .thickness = 1};
 
 TEST(Precompute, ReportsExpectedCostAndProgress) {
-  Listener listener;
+  StageListener listener;
   const Bem2dModel model(bodies::Block(60), kParams, &listener);
   const std::vector<std::string> expected{"boundary integrals", "factorising", "solving"};
   EXPECT_EQ(listener.stages, expected);
@@ -48,7 +48,7 @@ TEST(Precompute, ReportsExpectedCostAndProgress) {
 
 TEST(Precompute, StopsOnRequest) {
   for (const char* stage : {"boundary integrals", "factorising", "solving"}) {
-    Listener listener(stage);
+    StageListener listener(stage);
     EXPECT_THROW(Bem2dModel(bodies::Block(60), kParams, &listener), Interrupted) << stage;
     EXPECT_EQ(listener.stages.back(), stage);
   }

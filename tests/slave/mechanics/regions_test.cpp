@@ -22,31 +22,31 @@ using ::testing::HasSubstr;
 using Element = FemOptions::Element;
 using Law = FemOptions::Law;
 
-constexpr double kModulus = 20e3;  // [Pa]
-constexpr double kFar = 1;         // [m]: beyond every body here
+constexpr double kRegionModulus = 20e3;  // [Pa]
+constexpr double kFar = 1;               // [m]: beyond every body here
 
-struct Kind {
+struct RegionKind {
   std::string kind;
   FemOptions::Law law = Law::kCorotational;
   FemOptions::Element element = Element::kTet4;
 };
-const std::vector<Kind> kKinds{{"fem"},
-                               {"fem", Law::kLinear},
-                               {"fem", Law::kLinear, Element::kTet10},
-                               {"fem", Law::kNeoHookean},
-                               {"fem", Law::kNeoHookean, Element::kTet10},
-                               {"fem-green"}};
+const std::vector<RegionKind> kKinds{{"fem"},
+                                     {"fem", Law::kLinear},
+                                     {"fem", Law::kLinear, Element::kTet10},
+                                     {"fem", Law::kNeoHookean},
+                                     {"fem", Law::kNeoHookean, Element::kTet10},
+                                     {"fem-green"}};
 
-std::string NameOf(const Kind& k) {
+std::string NameOfKind(const RegionKind& k) {
   return k.kind + (k.law == Law::kLinear ? " linear" : "") +
          (k.law == Law::kNeoHookean ? " neo-hookean" : "") +
          (k.element == Element::kTet10 ? " tet10" : "");
 }
 
-Scene BoxScene(const Kind& k, const BoxGeometry& box, double nu) {
+Scene BoxScene(const RegionKind& k, const BoxGeometry& box, double nu) {
   Scene scene;
   scene.object.geometry = box;
-  scene.object.material = {.young_modulus = kModulus, .poisson_ratio = nu};
+  scene.object.material = {.young_modulus = kRegionModulus, .poisson_ratio = nu};
   scene.object.fixed = {{FixedPlane{2, 0}}};
   scene.model.kind = k.kind;
   scene.model.range = 0.1;
@@ -60,7 +60,7 @@ Region Layer(double from, double to, double modulus) {
   return {Eigen::AlignedBox3d(Vector3d(-kFar, -kFar, from), Vector3d(kFar, kFar, to)), modulus};
 }
 
-ContactResponse Press(const Scene& scene, const Contact& contact) {
+ContactResponse PressOnce(const Scene& scene, const Contact& contact) {
   const auto model = MakeModel(scene, MeshObject(scene, std::nullopt));
   const ContactResponse response = contacts::Answer(*model, contact);
   EXPECT_NE(response.validity, Validity::kFailed) << model->failure();
@@ -73,12 +73,12 @@ ContactResponse Press(const Scene& scene, const Contact& contact) {
 // which must not be reported as an error of the mesh.
 TEST(Regions, LayersOfAColumnAreSpringsInSeries) {
   const double nu = 0.3, side = 0.01, height = 0.04, by = 1e-4 * height;
-  const std::array moduli{kModulus, 5 * kModulus, kModulus, 0.2 * kModulus};
+  const std::array moduli{kRegionModulus, 5 * kRegionModulus, kRegionModulus, 0.2 * kRegionModulus};
   double softness = 0;
   for (const double E : moduli) {
     softness += (height / 4) * (1 + nu) * (1 - 2 * nu) / (E * (1 - nu));
   }
-  for (const Kind& kind : kKinds) {
+  for (const RegionKind& kind : kKinds) {
     Scene scene = BoxScene(kind, {{side, side, height}, {2, 2, 8}}, nu);
     scene.model.fem.residual = 1e-8;
     scene.object.regions = {Layer(height / 4, height / 2, moduli[1]),
@@ -87,11 +87,11 @@ TEST(Regions, LayersOfAColumnAreSpringsInSeries) {
       scene.object.fixed.push_back({FixedPlane{0, at}, {true, false, false}});
       scene.object.fixed.push_back({FixedPlane{1, at}, {false, true, false}});
     }
-    const ContactResponse response = Press(
+    const ContactResponse response = PressOnce(
         scene,
         {.p_O = {side / 2, side / 2, height}, .width = 1.5 * side, .prescribed_O = {0, 0, -by}});
-    EXPECT_NEAR(-response.force_O.z() * softness / (side * side * by), 1, 1e-4) << NameOf(kind);
-    EXPECT_NE(response.flag_reason, kStiffInBending) << NameOf(kind);
+    EXPECT_NEAR(-response.force_O.z() * softness / (side * side * by), 1, 1e-4) << NameOfKind(kind);
+    EXPECT_NE(response.flag_reason, kStiffInBending) << NameOfKind(kind);
   }
 }
 
@@ -99,21 +99,22 @@ TEST(Regions, LayersOfAColumnAreSpringsInSeries) {
 // body is the region.
 TEST(Regions, WhichPartIsTheRegionDoesNotMatter) {
   const Contact contact{.p_O = {0.02, 0.02, 0.02}, .prescribed_O = {0, 0, -1e-3}};
-  for (const Kind& kind : kKinds) {
+  for (const RegionKind& kind : kKinds) {
     const double nu = kind.element == Element::kTet10 ? 0.495 : 0.45;  // ten nodes: with a pressure
     Scene lower = BoxScene(kind, {{0.04, 0.04, 0.02}, {4, 4, 4}}, nu), upper = lower;
-    lower.object.regions = {Layer(-kFar, 0.01, 3 * kModulus)};
-    upper.object.material.young_modulus = 3 * kModulus;
-    upper.object.regions = {Layer(0.01, kFar, kModulus)};
-    const Vector3d force = Press(lower, contact).force_O;
-    EXPECT_LT((Press(upper, contact).force_O - force).norm(), 1e-6 * force.norm()) << NameOf(kind);
+    lower.object.regions = {Layer(-kFar, 0.01, 3 * kRegionModulus)};
+    upper.object.material.young_modulus = 3 * kRegionModulus;
+    upper.object.regions = {Layer(0.01, kFar, kRegionModulus)};
+    const Vector3d force = PressOnce(lower, contact).force_O;
+    EXPECT_LT((PressOnce(upper, contact).force_O - force).norm(), 1e-6 * force.norm())
+        << NameOfKind(kind);
   }
 }
 
-Scene InclusionScene(const Kind& kind) {
+Scene InclusionScene(const RegionKind& kind) {
   Scene scene = BoxScene(kind, {{0.06, 0.04, 0.025}, {24, 16, 10}}, 0.45);
   scene.model.fem.residual = 1e-6;
-  scene.object.regions = {{Ball{{0.02, 0.02, 0.015}, 0.005}, 5 * kModulus}};
+  scene.object.regions = {{Ball{{0.02, 0.02, 0.015}, 0.005}, 5 * kRegionModulus}};
   return scene;
 }
 
@@ -138,10 +139,10 @@ std::vector<double> Contrast(const Scene& scene) {
 TEST(Regions, AnInclusionRaisesTheForceAsInTheFullModel) {
   const auto truth = Contrast(InclusionScene({"fem", Law::kNeoHookean}));
   EXPECT_GT(truth.front(), 1.2);
-  for (const Kind& kind : {Kind{"fem-green"}, Kind{"fem"}}) {
+  for (const RegionKind& kind : {RegionKind{"fem-green"}, RegionKind{"fem"}}) {
     const auto contrast = Contrast(InclusionScene(kind));
     for (std::size_t i = 0; i < truth.size(); ++i) {
-      EXPECT_NEAR(contrast[i], truth[i], 0.05 * truth[i]) << NameOf(kind) << " at " << i;
+      EXPECT_NEAR(contrast[i], truth[i], 0.05 * truth[i]) << NameOfKind(kind) << " at " << i;
     }
   }
 }
@@ -152,16 +153,17 @@ TEST(Regions, StoredGreensFunctionsAreThoseOfTheRegions) {
   Scene scene = BoxScene({"fem-green"}, {{0.04, 0.04, 0.02}, {4, 4, 4}}, 0.45);
   Scene stored = scene;
   stored.model.cache = folder.path();
-  Press(stored, contact);
-  scene.object.regions = stored.object.regions = {Layer(-kFar, 0.01, 3 * kModulus)};
-  EXPECT_EQ(Press(stored, contact).force_O, Press(scene, contact).force_O);
+  PressOnce(stored, contact);
+  scene.object.regions = stored.object.regions = {Layer(-kFar, 0.01, 3 * kRegionModulus)};
+  EXPECT_EQ(PressOnce(stored, contact).force_O, PressOnce(scene, contact).force_O);
 }
 
 TEST(Regions, ATetrahedronBelongsToTheLastRegionThatContainsItsCentroid) {
   Scene scene = BoxScene({"fem"}, {{0.04, 0.04, 0.02}, {4, 4, 2}}, 0.45);
-  scene.object.regions = {Layer(0.01, 0.02, 2 * kModulus),
-                          {Eigen::AlignedBox3d(Vector3d(0, 0, 0), Vector3d(0.02, 1, 1)), kModulus},
-                          {Ball{{0.04, 0.04, 0}, 0.0101}, 7 * kModulus}};
+  scene.object.regions = {
+      Layer(0.01, 0.02, 2 * kRegionModulus),
+      {Eigen::AlignedBox3d(Vector3d(0, 0, 0), Vector3d(0.02, 1, 1)), kRegionModulus},
+      {Ball{{0.04, 0.04, 0}, 0.0101}, 7 * kRegionModulus}};
   for (const int refinements : {0, 1}) {
     scene.model.refinements = refinements;
     const auto mesh = std::get<SolidMesh>(MeshObject(scene, std::nullopt));
@@ -178,8 +180,8 @@ TEST(Regions, ATetrahedronBelongsToTheLastRegionThatContainsItsCentroid) {
 TEST(Regions, ARegionWithoutATetrahedronIsRefusedByItsLine) {
   Scene scene = BoxScene({"fem"}, {{0.04, 0.04, 0.02}, {4, 4, 2}}, 0.45);
   scene.file = "organ.yaml";
-  scene.object.regions = {Layer(0.01, 0.02, 2 * kModulus),
-                          {Ball{{0.02, 0.02, 0.01}, 1e-4}, 7 * kModulus, 12}};
+  scene.object.regions = {Layer(0.01, 0.02, 2 * kRegionModulus),
+                          {Ball{{0.02, 0.02, 0.01}, 1e-4}, 7 * kRegionModulus, 12}};
   const std::string what = Thrown<std::invalid_argument>([&] { MeshObject(scene, std::nullopt); });
   EXPECT_THAT(what, HasSubstr("organ.yaml:12: object.regions.1: expected"));
 }

@@ -35,7 +35,7 @@ Drawn Draw(int index) {
   return drawn;
 }
 
-Scene SceneOf(const Drawn& drawn, const char* kind) {
+Scene DrawnScene(const Drawn& drawn, const char* kind) {
   Scene scene;
   scene.object.geometry = MembraneGeometry{.radius = 0.04, .thickness = 0.04 * drawn.slenderness};
   scene.object.material = {.young_modulus = 1e6, .poisson_ratio = 0.45};
@@ -44,7 +44,7 @@ Scene SceneOf(const Drawn& drawn, const char* kind) {
   return scene;
 }
 
-ContactResponse Answer(const Scene& scene, const Drawn& drawn, double depth) {
+ContactResponse AnswerAt(const Scene& scene, const Drawn& drawn, double depth) {
   const ObjectMesh mesh = MeshObject(scene, std::nullopt);
   const auto model = MakeModel(scene, mesh);
   Solution solution;
@@ -61,14 +61,14 @@ TEST(RigidTool, ThirtyPressesAreWithinFivePerCentOfASolidOrFlagged) {
   int valid = 0, small_valid = 0;
   for (int index = 1; index <= 30; ++index) {
     const Drawn drawn = Draw(index);
-    const Scene scene = SceneOf(drawn, "plate-large");
+    const Scene scene = DrawnScene(drawn, "plate-large");
     const auto& sheet = std::get<MembraneGeometry>(scene.object.geometry);
     simulation::PressedMembrane truth(sheet, scene.object.material, scene.tool->width,
                                       {0.04 * drawn.place, 0}, {7, 1}, 0,
                                       simulation::ToolFace::kRigid);
     const double small = 0.3 * sheet.thickness, depth = drawn.depth * sheet.thickness;
     const auto compare = [&](const Scene& pressed, double at, int* count) {
-      const auto response = Answer(pressed, drawn, at);
+      const auto response = AnswerAt(pressed, drawn, at);
       const double error = response.force_O.z() / truth.press().depth_steps.back()->force - 1;
       const bool is_valid = response.validity == Validity::kValid;
       if (is_valid) {
@@ -80,7 +80,7 @@ TEST(RigidTool, ThirtyPressesAreWithinFivePerCentOfASolidOrFlagged) {
       RecordProperty(std::to_string(index) + pressed.model.kind, std::to_string(error));
     };
     ASSERT_TRUE(truth.Deepen(small));
-    compare(SceneOf(drawn, "plate"), small, &small_valid);
+    compare(DrawnScene(drawn, "plate"), small, &small_valid);
     for (double depth_step = 2 * small; depth_step < depth; depth_step *= 2)
       ASSERT_TRUE(truth.Deepen(depth_step)) << depth_step;
     ASSERT_TRUE(truth.Deepen(depth));

@@ -17,38 +17,38 @@ namespace {
 
 constexpr double kWhole = std::numeric_limits<double>::infinity();
 
-struct Measured {
+struct MeasuredDomain {
   // Extent relative to the thickness, others relative to the length.
   double nu, height, thickness, width, extent;
   double stress, strain;  // K_plane / K
 };
 
 // Computed with hexahedra in 3D by plane_thickness.py.
-const std::vector<Measured> kMeasured{{0.49, 1, 0.05, 1. / 15, 1, 0.972, 1.308},
-                                      {0.49, 1, 0.1, 1. / 15, 1, 0.956, 1.287},
-                                      {0.49, 1, 0.2, 1. / 15, 1, 0.932, 1.256},
-                                      {0.49, 1, 0.5, 1. / 15, 1, 0.891, 1.200},
-                                      {0.49, 1, 1, 1. / 15, 1, 0.854, 1.150},
-                                      {0.49, 1, 2, 1. / 15, 1, 0.817, 1.101},
-                                      {0.49, 1, 4, 1. / 15, 1, 0.784, 1.056},
-                                      {0.49, 1, 0.1, 1. / 15, 0.75, 0.987, 1.329},
-                                      {0.49, 1, 1, 1. / 15, 0.75, 0.966, 1.301},
-                                      {0.49, 1, 0.1, 1. / 15, 0.5, 1.056, 1.422},
-                                      {0.49, 1, 1, 1. / 15, 0.5, 1.242, 1.672},
-                                      {0.49, 1, 0.1, 1. / 15, 0.1, 1.419, 1.911},
-                                      {0.49, 1, 1, 1. / 15, 0.1, 3.276, 4.411},
-                                      {0.49, 1, 0.1, 0.2, 1, 0.968, 1.328},
-                                      {0.49, 1, 1, 0.2, 1, 0.867, 1.191},
-                                      {0.49, 1, 4, 0.2, 1, 0.778, 1.067},
-                                      {0.49, 0.3, 0.05, 1. / 15, 1, 0.955, 1.430},
-                                      {0.49, 0.3, 0.1, 1. / 15, 1, 0.928, 1.389},
-                                      {0.49, 0.3, 0.1, 1. / 15, 0.9, 0.942, 1.410},
-                                      {0.49, 0.3, 0.5, 1. / 15, 1, 0.804, 1.204},
-                                      {0.3, 1, 0.1, 1. / 15, 1, 0.987, 1.080},
-                                      {0.3, 1, 1, 1. / 15, 1, 0.953, 1.043},
-                                      {0.3, 1, 4, 0.2, 1, 0.930, 1.018}};
+const std::vector<MeasuredDomain> kMeasured{{0.49, 1, 0.05, 1. / 15, 1, 0.972, 1.308},
+                                            {0.49, 1, 0.1, 1. / 15, 1, 0.956, 1.287},
+                                            {0.49, 1, 0.2, 1. / 15, 1, 0.932, 1.256},
+                                            {0.49, 1, 0.5, 1. / 15, 1, 0.891, 1.200},
+                                            {0.49, 1, 1, 1. / 15, 1, 0.854, 1.150},
+                                            {0.49, 1, 2, 1. / 15, 1, 0.817, 1.101},
+                                            {0.49, 1, 4, 1. / 15, 1, 0.784, 1.056},
+                                            {0.49, 1, 0.1, 1. / 15, 0.75, 0.987, 1.329},
+                                            {0.49, 1, 1, 1. / 15, 0.75, 0.966, 1.301},
+                                            {0.49, 1, 0.1, 1. / 15, 0.5, 1.056, 1.422},
+                                            {0.49, 1, 1, 1. / 15, 0.5, 1.242, 1.672},
+                                            {0.49, 1, 0.1, 1. / 15, 0.1, 1.419, 1.911},
+                                            {0.49, 1, 1, 1. / 15, 0.1, 3.276, 4.411},
+                                            {0.49, 1, 0.1, 0.2, 1, 0.968, 1.328},
+                                            {0.49, 1, 1, 0.2, 1, 0.867, 1.191},
+                                            {0.49, 1, 4, 0.2, 1, 0.778, 1.067},
+                                            {0.49, 0.3, 0.05, 1. / 15, 1, 0.955, 1.430},
+                                            {0.49, 0.3, 0.1, 1. / 15, 1, 0.928, 1.389},
+                                            {0.49, 0.3, 0.1, 1. / 15, 0.9, 0.942, 1.410},
+                                            {0.49, 0.3, 0.5, 1. / 15, 1, 0.804, 1.204},
+                                            {0.3, 1, 0.1, 1. / 15, 1, 0.987, 1.080},
+                                            {0.3, 1, 1, 1. / 15, 1, 0.953, 1.043},
+                                            {0.3, 1, 4, 0.2, 1, 0.930, 1.018}};
 
-Scene Block(const Measured& at, Plane plane) {
+Scene DomainScene(const MeasuredDomain& at, Plane plane) {
   Scene scene;
   scene.object.geometry = RectangleGeometry{1, at.height, at.thickness};
   scene.object.material.young_modulus = 1;
@@ -68,10 +68,10 @@ ContactResponse Valid() {
 // plus four percent, so that thin bodies stay valid. The estimate for a narrow tool is not lower
 // than for a wide one.
 TEST(ToolDomain, AnErrorIsNeverBelowThatOfASolid) {
-  for (const Measured& at : kMeasured) {
+  for (const MeasuredDomain& at : kMeasured) {
     for (const auto& [plane, ratio] :
          {std::pair{Plane::kStress, at.stress}, std::pair{Plane::kStrain, at.strain}}) {
-      const Scene scene = Block(at, plane);
+      const Scene scene = DomainScene(at, plane);
       const double error = PlaneError(scene, *scene.tool, MeshRectangle(1, at.height, 120));
       EXPECT_GE(error, std::abs(ratio - 1)) << at.thickness << ' ' << at.extent;
       if (at.extent == 1) {
@@ -86,7 +86,7 @@ TEST(ToolDomain, ForcesAreFlaggedOutside) {
   const BoundaryMesh mesh = MeshRectangle(1, 1, 120);
   const Contact press{.p_O = {0.5, 1, 0}, .width = 1. / 15};
   const auto flag_reason = [&](double thickness, std::optional<double> extent, Plane plane) {
-    Scene scene = Block({0.49, 1, thickness, 1. / 15, 1, 0, 0}, plane);
+    Scene scene = DomainScene({0.49, 1, thickness, 1. / 15, 1, 0, 0}, plane);
     scene.tool->depth = extent;
     ContactResponse response = Valid();
     ToolDomain(scene, *scene.tool, mesh).FlagOutside(press, &response);
@@ -100,7 +100,7 @@ TEST(ToolDomain, ForcesAreFlaggedOutside) {
   EXPECT_EQ(flag_reason(1, kWhole, Plane::kStress), kNeitherThinNorThick);
   EXPECT_EQ(flag_reason(1, kWhole, Plane::kStrain), kNeitherThinNorThick);
   EXPECT_EQ(flag_reason(0.05, kWhole, Plane::kStrain), kNeitherThinNorThick);
-  Scene scene = Block({0.49, 1, 1, 1. / 15, 0.1, 0, 0}, Plane::kStress);
+  Scene scene = DomainScene({0.49, 1, 1, 1. / 15, 0.1, 0, 0}, Plane::kStress);
   ContactResponse load = Valid();
   Contact even = press;
   even.kind = Contact::Kind::kForce;

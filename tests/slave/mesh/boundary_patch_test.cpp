@@ -3,15 +3,14 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <limits>
 #include <random>
 
 #include <gtest/gtest.h>
 
+#include "tests/support/not_finite.h"
+
 namespace palpate {
 namespace {
-
-const double kNan = std::numeric_limits<double>::quiet_NaN();
 
 // The rule of slave/solve/README.md, implemented again with arc lengths: distance along the loop in
 // the shorter direction.

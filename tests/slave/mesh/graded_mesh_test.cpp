@@ -43,7 +43,7 @@ Input SegmentsOf(const Domain& domain) {
   return input;
 }
 
-double SignedArea(const std::vector<Point>& loop) {
+double ShoelaceArea(const std::vector<Point>& loop) {
   double twice = 0;
   for (std::size_t i = 0; i < loop.size(); ++i) {
     const Point &a = loop[i], &b = loop[(i + 1) % loop.size()];
@@ -76,7 +76,7 @@ class GradedMeshTest : public ::testing::TestWithParam<Domain> {
 // Reference: the shoelace formula on the loops themselves.
 TEST_P(GradedMeshTest, TrianglesFillTheOutline) {
   double area = 0;
-  for (const auto& loop : GetParam().loops) area += SignedArea(loop);
+  for (const auto& loop : GetParam().loops) area += ShoelaceArea(loop);
   EXPECT_NEAR(Area(Make()), area, 1e-12);
 }
 

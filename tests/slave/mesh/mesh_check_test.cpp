@@ -28,7 +28,7 @@ MeshNumbers FileNumbers(const SolidMesh& mesh) {
   return numbers;
 }
 
-SolidMesh Box() {
+SolidMesh BoxMesh() {
   return MeshBox({0.2, 0.04, 0.04}, {5, 2, 2});
 }
 
@@ -55,7 +55,7 @@ TEST(MeshCheckTest, MeasuresABox) {
 }
 
 TEST(MeshCheckTest, TurnsInvertedElementsRoundAndNamesThem) {
-  const SolidMesh sound = Box();
+  const SolidMesh sound = BoxMesh();
   SolidMesh mesh = sound;
   for (const std::size_t t : {3U, 17U}) std::swap(mesh.tets[t][0], mesh.tets[t][1]);
   const MeshReport report = CheckMesh(mesh, FileNumbers(mesh));
@@ -82,11 +82,11 @@ TEST(MeshCheckTest, DistinguishesSliversFromFlatElements) {
 }
 
 TEST(MeshCheckTest, FindsDuplicateNodes) {
-  SolidMesh mesh = Box();
+  SolidMesh mesh = BoxMesh();
   mesh.nodes.push_back(mesh.nodes[4] + Vector3d::Constant(1e-11));
   mesh.tets.back()[3] = static_cast<int>(mesh.nodes.size()) - 1;
   mesh.nodes.back() =
-      mesh.nodes[static_cast<std::size_t>(Box().tets.back()[3])] + Vector3d::Constant(1e-11);
+      mesh.nodes[static_cast<std::size_t>(BoxMesh().tets.back()[3])] + Vector3d::Constant(1e-11);
   const MeshReport report = CheckMesh(mesh, FileNumbers(mesh));
   EXPECT_THAT(report.duplicate_nodes, ElementsAre(54));
   EXPECT_THAT(report.warnings, Contains(HasSubstr("1 duplicate nodes (node 55 lies at node ")));
@@ -106,7 +106,7 @@ TEST(MeshCheckTest, SaysWhatItRefuses) {
     flat.nodes[0] = flat.nodes[1];
     EXPECT_THAT(refusals(flat), Contains(HasSubstr("elements 101, 102, 106 without volume")));
   }
-  SolidMesh twice = Box(), nan = Box(), out = Box(), negative = Box();
+  SolidMesh twice = BoxMesh(), nan = BoxMesh(), out = BoxMesh(), negative = BoxMesh();
   twice.tets.push_back({twice.tets[2][1], twice.tets[2][0], twice.tets[2][3], twice.tets[2][2]});
   nan.nodes[3].y() = std::nan("");
   out.tets[7][2] = 54;

@@ -1,12 +1,12 @@
 #include "slave/mesh/outline.h"
 
-#include <limits>
 #include <stdexcept>
 #include <string>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "tests/support/not_finite.h"
 #include "tests/support/thrown.h"
 
 namespace palpate {
@@ -54,8 +54,6 @@ TEST_P(CheckOutlineTest, SaysWhatIsWrongAtEverySize) {
     EXPECT_THROW(MeshPolygon(outline, 60), std::invalid_argument);
   }
 }
-
-constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
 
 INSTANTIATE_TEST_SUITE_P(
     Outlines, CheckOutlineTest,

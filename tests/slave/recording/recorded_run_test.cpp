@@ -3,7 +3,6 @@
 #include <filesystem>
 #include <fstream>
 #include <functional>
-#include <limits>
 #include <map>
 
 #include <gmock/gmock.h>
@@ -20,6 +19,7 @@
 #include "slave/scene/decided_model.h"
 #include "slave/scene/scene_loader.h"
 #include "tests/slave/simulator/simulated_devices.h"
+#include "tests/support/not_finite.h"
 #include "tests/support/paths.h"
 #include "tests/support/thrown.h"
 
@@ -152,7 +152,6 @@ TEST_F(RecordedRunTest, ImpossibleStepsAreRefusedInWords) {
   const auto refusal = [](const std::filesystem::path& file) -> std::string {
     return Thrown<std::exception>([&] { Process(file); });
   };
-  constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
   EXPECT_THAT(refusal(Changed([](v1::SenseStep* step) {
                 if (step->has_acquired()) step->mutable_law();
               })),

@@ -20,7 +20,7 @@ using ::testing::HasSubstr;
 
 constexpr Time kBegin{std::chrono::nanoseconds(1'700'000'000'123'456'789)};
 
-cv::Mat Noise(int type, unsigned seed) {
+cv::Mat NoiseImage(int type, unsigned seed) {
   cv::Mat image(12, 17, type);
   std::mt19937 random(seed);
   for (std::size_t i = 0; i < image.total() * image.elemSize(); ++i) {
@@ -47,7 +47,7 @@ TEST_F(RecordedSamplesTest, ImagesOfEveryKindComeBackPixelForPixel) {
     recording.Begin();
     recording.Opened();
     for (std::size_t i = 0; i < types.size(); ++i) {
-      recording.OnSample(Frame{Noise(types[i], static_cast<unsigned>(i)), i + 1,
+      recording.OnSample(Frame{NoiseImage(types[i], static_cast<unsigned>(i)), i + 1,
                                kBegin + std::chrono::seconds(i)});
     }
     recording.Finish();
@@ -59,19 +59,19 @@ TEST_F(RecordedSamplesTest, ImagesOfEveryKindComeBackPixelForPixel) {
     ASSERT_TRUE(frame);
     EXPECT_EQ(frame->sequence, i + 1);
     EXPECT_EQ(frame->sensed_at, kBegin + std::chrono::seconds(i));
-    EXPECT_TRUE(IsSame(frame->image, Noise(types[i], static_cast<unsigned>(i))));
+    EXPECT_TRUE(IsSame(frame->image, NoiseImage(types[i], static_cast<unsigned>(i))));
   }
   EXPECT_FALSE(source->Next({}));
 }
 
 TEST_F(RecordedSamplesTest, PairsAndDepthComeBackTogether) {
   StereoPair pair, depth;
-  pair.left = Noise(CV_8UC1, 1);
-  pair.right = Noise(CV_8UC1, 2);
+  pair.left = NoiseImage(CV_8UC1, 1);
+  pair.right = NoiseImage(CV_8UC1, 2);
   pair.sequence = 1;
   pair.sensed_at = kBegin;
   pair.skew = -0.003;
-  depth.left = Noise(CV_16UC1, 3);
+  depth.left = NoiseImage(CV_16UC1, 3);
   depth.sequence = 2;
   depth.sensed_at = kBegin + Seconds(1);
   {

@@ -10,14 +10,14 @@ namespace {
 
 constexpr double kUnknown = std::numeric_limits<double>::quiet_NaN();
 
-Scene Box() {
+Scene BoxScene() {
   Scene scene;
   scene.object.geometry = BoxGeometry{{0.06, 0.06, 0.06}, {6, 6, 6}};
   return scene;
 }
 
 Scene Decided() {
-  Scene scene = Box();
+  Scene scene = BoxScene();
   std::get<BoxGeometry>(scene.object.geometry).cells = {9, 9, 12};
   scene.model.kind = "fem";
   scene.model.fem.element = FemOptions::Element::kTet10;
@@ -32,7 +32,7 @@ Scene Decided() {
 }
 
 TEST(DecidedModelTest, ComesBackFromItsTextAsItWas) {
-  Scene scene = Box();
+  Scene scene = BoxScene();
   ASSERT_TRUE(ApplyDecided(DecidedText(Decided()), &scene));
   EXPECT_EQ(DecidedText(scene), DecidedText(Decided()));
   EXPECT_EQ(scene.model.kind, "fem");
@@ -53,7 +53,7 @@ TEST(DecidedModelTest, DamagedTextAndModelsOfOtherObjectsAreIgnored) {
        {std::string(), text.substr(0, text.size() / 2), std::string("[1, 2]"),
         with("\"fem\"", "\"plate\""), with("\"fem\"", "\"auto\""), with("\"fem\"", "7"),
         with("\"elements\": 180", "\"elements\": 100000"), with("\"law\": 1", "\"law\": 9")}) {
-    Scene scene = Box();
+    Scene scene = BoxScene();
     EXPECT_FALSE(ApplyDecided(bad, &scene)) << bad;
     EXPECT_EQ(scene.model.kind, "auto");
     EXPECT_THAT(std::get<BoxGeometry>(scene.object.geometry).cells, testing::ElementsAre(6, 6, 6));

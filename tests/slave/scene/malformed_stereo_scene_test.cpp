@@ -39,14 +39,14 @@ BadScene Row(const Lines& lines, Words mistake, Words accepted) {
   return {lines, mistake + ": expected " + accepted};
 }
 
-BadScene Camera(Words camera, Words mistake, Words accepted) {
+BadScene BadCamera(Words camera, Words mistake, Words accepted) {
   return Row({"{" + camera + "}"}, "9: sense.camera." + mistake, accepted);
 }
-BadScene Pair(Words pair, Words mistake, Words accepted) {
-  return Camera("source: simulated, pair: {" + pair + "}", mistake, accepted);
+BadScene BadPair(Words pair, Words mistake, Words accepted) {
+  return BadCamera("source: simulated, pair: {" + pair + "}", mistake, accepted);
 }
 BadScene Posed(Words camera, Words mistake, Words accepted) {
-  return Camera(camera + ", pose: {translation: [0, 0, -1]}", mistake, accepted);
+  return BadCamera(camera + ", pose: {translation: [0, 0, -1]}", mistake, accepted);
 }
 BadScene Left(Words left, Words accepted) {
   return Posed("stereo: {left: \"" + left + "\", right: pairs, rig: rig.yaml}",
@@ -79,16 +79,16 @@ constexpr const char* kDepth =
     "{depth: pairs, fx: 1, fy: 1, cx: 1, cy: 1, pose: {translation: [0, 0, -1]}}";
 
 const BadScene kCameras[] = {
-    Pair("baseline: 1 m", "pair.baseline = 1 m", "less than 1.5 times the distance"),
-    Camera("source: simulated, pair: {}, pose: {translation: [0, 0, 250 mm]}",
-           "pose = {translation: [0, 0, 250 mm]}",
-           "a pose with the object's origin in front of the camera"),
-    Camera("depth: pairs, fx: 1, fy: 1, cx: 1, cy: 1, pose: {translation: [0, 0, 0]}",
-           "pose = {translation: [0, 0, 0]}", "a pose with the object's"),
-    Camera("pair: {}", "source = (missing)", "exactly one of `source: simulated`"),
-    Camera("file: pairs, pair: {}", "pair = {}", "nothing with `file`"),
-    Camera("source: simulated, stereo: {}, rate: 30 Hz, pixel: 1 mm", "source = simulated",
-           "exactly one of"),
+    BadPair("baseline: 1 m", "pair.baseline = 1 m", "less than 1.5 times the distance"),
+    BadCamera("source: simulated, pair: {}, pose: {translation: [0, 0, 250 mm]}",
+              "pose = {translation: [0, 0, 250 mm]}",
+              "a pose with the object's origin in front of the camera"),
+    BadCamera("depth: pairs, fx: 1, fy: 1, cx: 1, cy: 1, pose: {translation: [0, 0, 0]}",
+              "pose = {translation: [0, 0, 0]}", "a pose with the object's"),
+    BadCamera("pair: {}", "source = (missing)", "exactly one of `source: simulated`"),
+    BadCamera("file: pairs, pair: {}", "pair = {}", "nothing with `file`"),
+    BadCamera("source: simulated, stereo: {}, rate: 30 Hz, pixel: 1 mm", "source = simulated",
+              "exactly one of"),
     Posed("size: [640, 480], stereo: {left: pairs, right: pairs, rig: rig.yaml}",
           "size = [640, 480]", ""),
     Left("pairs/none*.png", "a pattern that matches a file"),
@@ -99,8 +99,8 @@ const BadScene kCameras[] = {
     Rig("left.yaml",
         "a rig of two cameras, written by `calibrate --left ... --right ...`; this one has no "
         "`right`"),
-    Camera("depth: pairs, fx: 600, fy: 600, cx: 320, cy: 240", "pose = (missing)",
-           "a map of translation, rotation"),
+    BadCamera("depth: pairs, fx: 600, fy: 600, cx: 320, cy: 240", "pose = (missing)",
+              "a map of translation, rotation"),
 };
 INSTANTIATE_TEST_SUITE_P(Cameras, BadStereoSceneTest, ::testing::ValuesIn(kCameras));
 

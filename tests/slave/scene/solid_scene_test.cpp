@@ -26,21 +26,21 @@ std::string SolidScene(const std::string& geometry, const std::string& fixed,
          (fixed.empty() ? "" : "  fixed: " + fixed + "\n") + "model: " + model + "\n";
 }
 
-constexpr const char* kBox = "{box: {size: [60 mm, 60 mm, 60 mm], cells: [3, 3, 3]}}";
+constexpr const char* kSolidBox = "{box: {size: [60 mm, 60 mm, 60 mm], cells: [3, 3, 3]}}";
 constexpr const char* kBottom = "{plane: {axis: z, at: 0 m}}";
 
-Scene Load(const std::string& text, SceneUse use = SceneUse::kSolve) {
+Scene LoadSolid(const std::string& text, SceneUse use = SceneUse::kSolve) {
   const Scratch folder;
   return LoadScene(folder.Write("scene.yaml", text), {}, use);
 }
 
-std::string MistakesOf(const std::string& text, SceneUse use = SceneUse::kSolve) {
-  return Thrown<SceneError>([&] { Load(text, use); });
+std::string SolidMistakes(const std::string& text, SceneUse use = SceneUse::kSolve) {
+  return Thrown<SceneError>([&] { LoadSolid(text, use); });
 }
 
 TEST(SolidSceneTest, FemReadsWhatTheContractNames) {
-  const Scene scene = Load(SolidScene(
-      kBox, kBottom,
+  const Scene scene = LoadSolid(SolidScene(
+      kSolidBox, kBottom,
       "{kind: fem, element: tet10, law: linear, time: dynamic, step: 5 ms, damping: {mass: 1.0 /s, "
       "stiffness: 0.01 s}, residual: 1e-9, gravity: [0, 0, -9.80665]}"));
   const FemOptions& fem = scene.model.fem;
@@ -58,22 +58,22 @@ TEST(SolidSceneTest, FemReadsWhatTheContractNames) {
 // Reference: the row of deploy/scenes/materials.md.
 TEST(SolidSceneTest, ANamedMaterialGivesWhatItsRowStates) {
   const auto scene_with = [](const std::string& material) {
-    std::string text = SolidScene(kBox, kBottom, "{kind: fem}");
+    std::string text = SolidScene(kSolidBox, kBottom, "{kind: fem}");
     const std::string usual = "{young_modulus: 3.8 kPa, poisson_ratio: 0.15, density: 45 kg/m3}";
     return text.replace(text.find(usual), usual.size(), material);
   };
-  const Material named = Load(scene_with("{name: dragon-skin-10}")).object.material;
+  const Material named = LoadSolid(scene_with("{name: dragon-skin-10}")).object.material;
   EXPECT_DOUBLE_EQ(named.young_modulus, 263.8e3);
   EXPECT_DOUBLE_EQ(named.poisson_ratio, 0.499);
   EXPECT_DOUBLE_EQ(named.density, 1070);
   EXPECT_DOUBLE_EQ(named.young_modulus_tolerance, 0.2);
   const Material own =
-      Load(scene_with("{name: dragon-skin-10, young_modulus: 240 kPa}")).object.material;
+      LoadSolid(scene_with("{name: dragon-skin-10, young_modulus: 240 kPa}")).object.material;
   EXPECT_DOUBLE_EQ(own.young_modulus, 240e3);
   EXPECT_DOUBLE_EQ(own.poisson_ratio, 0.499);
   EXPECT_EQ(own.young_modulus_tolerance, 0) << "that of the table is of its own modulus";
-  EXPECT_THAT(MistakesOf(scene_with("{name: ecoflex-00-30}")), HasSubstr("poisson_ratio"));
-  EXPECT_THAT(MistakesOf(scene_with("{name: jelly}")), HasSubstr("expected dragon-skin-10, "));
+  EXPECT_THAT(SolidMistakes(scene_with("{name: ecoflex-00-30}")), HasSubstr("poisson_ratio"));
+  EXPECT_THAT(SolidMistakes(scene_with("{name: jelly}")), HasSubstr("expected dragon-skin-10, "));
 }
 
 TEST(SolidSceneTest, OptionsWithoutEffectAreRefused) {
@@ -90,19 +90,20 @@ TEST(SolidSceneTest, OptionsWithoutEffectAreRefused) {
         std::pair{"{kind: fem, contact: friction}", "model.friction"},
         std::pair{"{kind: fem, contact: friction, friction: -1}", "> 0"},
         std::pair{"{kind: fem, deadline: 0 us}", "> 0"}}) {
-    const std::string text = MistakesOf(SolidScene(kBox, kBottom, model));
+    const std::string text = SolidMistakes(SolidScene(kSolidBox, kBottom, model));
     EXPECT_THAT(text, HasSubstr(mistake)) << model;
     EXPECT_THAT(text, HasSubstr("scene.yaml:6: ")) << model;
   }
 }
 
 std::string CapsuleScene(const std::string& kind, const std::string& tool) {
-  return SolidScene(kBox, kBottom, "{kind: " + kind + "}") + "tool: " + tool + "\n";
+  return SolidScene(kSolidBox, kBottom, "{kind: " + kind + "}") + "tool: " + tool + "\n";
 }
 
 TEST(SolidSceneTest, OnlyFemTakesACapsuleOrARectangle) {
   const Tool tool =
-      *Load(CapsuleScene("fem", "{shape: capsule, radius: 4 mm, length: 12 mm, axis: [0, 2, 0]}"))
+      *LoadSolid(
+           CapsuleScene("fem", "{shape: capsule, radius: 4 mm, length: 12 mm, axis: [0, 2, 0]}"))
            .tool;
   EXPECT_EQ(tool.shape, Tool::Shape::kCapsule);
   EXPECT_EQ(tool.radius, 0.004);
@@ -111,11 +112,11 @@ TEST(SolidSceneTest, OnlyFemTakesACapsuleOrARectangle) {
   EXPECT_TRUE(tool.axis_O.isApprox(Eigen::Vector3d::UnitY()));
   constexpr const char* kCapsule = "{shape: capsule, radius: 4 mm, length: 12 mm}";
   for (const char* kind : {"fem, element: tet10", "fem-green", "auto"}) {
-    EXPECT_THAT(MistakesOf(CapsuleScene(kind, kCapsule)), HasSubstr("others need fem with"))
+    EXPECT_THAT(SolidMistakes(CapsuleScene(kind, kCapsule)), HasSubstr("others need fem with"))
         << kind;
   }
   const Tool plate =
-      *Load(CapsuleScene("fem", "{shape: rectangle, width: 4 mm, length: 12 mm}")).tool;
+      *LoadSolid(CapsuleScene("fem", "{shape: rectangle, width: 4 mm, length: 12 mm}")).tool;
   EXPECT_EQ(plate.shape, Tool::Shape::kRectangle);
   EXPECT_EQ(plate.width, 0.004);
   EXPECT_EQ(plate.length, 0.012);
@@ -129,7 +130,7 @@ TEST(SolidSceneTest, OnlyFemTakesACapsuleOrARectangle) {
         std::pair{"{shape: rectangle, width: 4 mm, length: 4 mm, radius: 4 mm}",
                   "nothing with a flat"},
         std::pair{"{shape: flat, width: 4 mm, axis: [0, 0, 1]}", "without `shape: capsule`"}}) {
-    EXPECT_THAT(MistakesOf(CapsuleScene("fem", shape)), HasSubstr(mistake)) << shape;
+    EXPECT_THAT(SolidMistakes(CapsuleScene("fem", shape)), HasSubstr(mistake)) << shape;
   }
 }
 
@@ -143,7 +144,7 @@ TEST(SolidSceneTest, ADomeThatIsNoneIsRefused) {
         std::pair{"inflation: 40 mm", "semi_axes"},
         std::pair{"semi_axes: [70 mm, 50 mm, 71 mm], inflation: 40 mm, air: 3 mm", "a volume"}}) {
     const std::string geometry = std::string("{membrane: {thickness: 1 mm, ") + membrane + "}}";
-    EXPECT_THAT(MistakesOf(SolidScene(geometry, "", "{kind: membrane}")), HasSubstr(accepted))
+    EXPECT_THAT(SolidMistakes(SolidScene(geometry, "", "{kind: membrane}")), HasSubstr(accepted))
         << membrane;
   }
 }
@@ -168,40 +169,41 @@ TEST(SolidSceneTest, AUnitOfAMeshFileNeedsNoNumber) {
               HasSubstr("unit = dozen: expected a unit such as mm"));
 }
 
-struct Refusal {
+struct RefusedSolid {
   const char* name;
   const char *geometry, *fixed, *model;
   const char* message;
 };
 
-class SolidRefusalTest : public ::testing::TestWithParam<Refusal> {};
+class SolidRefusalTest : public ::testing::TestWithParam<RefusedSolid> {};
 
 TEST_P(SolidRefusalTest, SaysWhatIsAccepted) {
-  const Refusal& bad = GetParam();
-  EXPECT_THAT(MistakesOf(SolidScene(bad.geometry, bad.fixed, bad.model)), HasSubstr(bad.message));
+  const RefusedSolid& bad = GetParam();
+  EXPECT_THAT(SolidMistakes(SolidScene(bad.geometry, bad.fixed, bad.model)),
+              HasSubstr(bad.message));
 }
 
-const Refusal kRefusals[] = {
+const RefusedSolid kRefusals[] = {
     {"CellsNotWhole", "{box: {size: [1, 1, 1], cells: [1.5, 1, 1]}}", kBottom, "{kind: fem}",
      "cells = [1.5, 1, 1]: expected three whole numbers"},
     {"TooManyCells", "{box: {size: [1, 1, 1], cells: [100, 100, 100]}}", kBottom, "{kind: fem}",
      "4 million tetrahedra"},
     {"NoSuchMesh", "{mesh: absent.node}", kBottom, "{kind: fem}",
      "mesh = absent.node: expected a file that can be read"},
-    {"PlateOfABox", kBox, kBottom, "{kind: plate}",
+    {"PlateOfABox", kSolidBox, kBottom, "{kind: plate}",
      "model.kind = plate: expected auto, fem or fem-green"},
     {"MembraneHeldElsewhere", "{membrane: {radius: 39 mm, thickness: 1 mm}}", "{nodes: [1]}",
      "{kind: plate}", "expected {side: rim}"},
-    {"SideOfABox", kBox, "{side: bottom}", "{kind: fem}",
+    {"SideOfABox", kSolidBox, "{side: bottom}", "{kind: fem}",
      "object.fixed.side = bottom: expected no side, because this is a volume"},
-    {"OgdenWithoutTerms", kBox, kBottom, "{kind: fem, law: ogden}", "model.terms"},
-    {"OgdenShares", kBox, kBottom, "{kind: fem, law: ogden, terms: [[0.5, 2]]}",
+    {"OgdenWithoutTerms", kSolidBox, kBottom, "{kind: fem, law: ogden}", "model.terms"},
+    {"OgdenShares", kSolidBox, kBottom, "{kind: fem, law: ogden, terms: [[0.5, 2]]}",
      "one to six terms whose shares add up to 1"},
-    {"OgdenUnstable", kBox, kBottom, "{kind: fem, law: ogden, terms: [[1.5, 2], [-0.5, -2]]}",
+    {"OgdenUnstable", kSolidBox, kBottom, "{kind: fem, law: ogden, terms: [[1.5, 2], [-0.5, -2]]}",
      "a share (0 to 1)"},
-    {"DampingInWords", kBox, kBottom, "{kind: fem, damping: much}",
+    {"DampingInWords", kSolidBox, kBottom, "{kind: fem, damping: much}",
      "model.damping = much: expected none or {mass: 1.0 /s, stiffness: 0.01 s}"},
-    {"FrictionlessTet10", kBox, kBottom, "{kind: fem, element: tet10, contact: frictionless}",
+    {"FrictionlessTet10", kSolidBox, kBottom, "{kind: fem, element: tet10, contact: frictionless}",
      "model.contact = frictionless: expected bonded: `fem` needs tet4"},
     {"HalfClampedMembrane", "{membrane: {radius: 39 mm, thickness: 1 mm}}",
      "{side: rim, components: z}", "{kind: plate}", "components = z: expected nothing here"},
@@ -212,12 +214,12 @@ INSTANTIATE_TEST_SUITE_P(Scenes, SolidRefusalTest, ::testing::ValuesIn(kRefusals
 
 // A box with regions, of which `regions` is the value in the scene's fifth line.
 std::string WithRegions(const std::string& regions, const std::string& model = "{kind: fem}") {
-  std::string text = SolidScene(kBox, kBottom, model);
+  std::string text = SolidScene(kSolidBox, kBottom, model);
   return text.insert(text.find("  fixed:"), "  regions: " + regions + "\n");
 }
 
 TEST(SolidSceneTest, RegionsAreSpheresBoxesAndLayersInTheirOrder) {
-  const Scene scene = Load(
+  const Scene scene = LoadSolid(
       WithRegions("[{sphere: {centre: [30 mm, 30 mm, 40 mm], radius: 5 mm}, young_modulus: 19 kPa},"
                   " {box: {from: [0, 0, 0], to: [10 mm, 20 mm, 30 mm]}, young_modulus: 1 kPa},"
                   " {layer: {axis: z, from: 50 mm, to: 60 mm}, young_modulus: 38 kPa}]"));
@@ -231,32 +233,33 @@ TEST(SolidSceneTest, RegionsAreSpheresBoxesAndLayersInTheirOrder) {
 }
 
 TEST(SolidSceneTest, RegionsAreRefusedWithWhatIsAccepted) {
-  EXPECT_THAT(MistakesOf(WithRegions("[{young_modulus: 1 kPa}]")),
+  EXPECT_THAT(SolidMistakes(WithRegions("[{young_modulus: 1 kPa}]")),
               HasSubstr(":5: object.regions.0"));
-  EXPECT_THAT(MistakesOf(WithRegions("[{layer: {axis: z, from: 2 mm, to: 1 mm}, young_modulus: 1 "
-                                     "kPa}]")),
+  EXPECT_THAT(
+      SolidMistakes(WithRegions("[{layer: {axis: z, from: 2 mm, to: 1 mm}, young_modulus: 1 "
+                                "kPa}]")),
+      HasSubstr("more than `from`"));
+  EXPECT_THAT(SolidMistakes(WithRegions("[{box: {from: [0, 0, 0], to: [1 mm, 0, 1 mm]}, "
+                                        "young_modulus: 1 kPa}]")),
               HasSubstr("more than `from`"));
-  EXPECT_THAT(MistakesOf(WithRegions("[{box: {from: [0, 0, 0], to: [1 mm, 0, 1 mm]}, "
-                                     "young_modulus: 1 kPa}]")),
-              HasSubstr("more than `from`"));
-  EXPECT_THAT(MistakesOf(WithRegions("[{layer: {axis: z, from: 1 mm, to: 2 mm}}]")),
+  EXPECT_THAT(SolidMistakes(WithRegions("[{layer: {axis: z, from: 1 mm, to: 2 mm}}]")),
               HasSubstr("young_modulus"));
-  EXPECT_THAT(MistakesOf(WithRegions("[]")), HasSubstr("object.regions"));
+  EXPECT_THAT(SolidMistakes(WithRegions("[]")), HasSubstr("object.regions"));
   const std::string layer = "[{layer: {axis: z, from: 0 mm, to: 40 mm}, young_modulus: 1 kPa}]";
   std::string plate = SolidScene("{membrane: {radius: 9 mm, thickness: 0.1 mm}}", "", "{}");
   plate.insert(plate.find("model:"), "  regions: " + layer + "\n");
-  EXPECT_THAT(MistakesOf(plate), HasSubstr("only a box or a mesh has regions"));
+  EXPECT_THAT(SolidMistakes(plate), HasSubstr("only a box or a mesh has regions"));
 }
 
 // The scene with a series in its material.
 std::string WithRelaxation(const std::string& terms, const std::string& model) {
-  std::string text = SolidScene(kBox, kBottom, model);
+  std::string text = SolidScene(kSolidBox, kBottom, model);
   return text.insert(text.find(", density"), ", relaxation: " + terms);
 }
 
 TEST(SolidSceneTest, RelaxationIsASeriesWithAStep) {
-  const Scene scene = Load(WithRelaxation("[{share: 0.3, time: 0.5 s}, {share: 20 %, time: 5 s}]",
-                                          "{kind: fem-green, step: 10 ms}"));
+  const Scene scene = LoadSolid(WithRelaxation(
+      "[{share: 0.3, time: 0.5 s}, {share: 20 %, time: 5 s}]", "{kind: fem-green, step: 10 ms}"));
   const auto& terms = scene.object.material.relaxation;
   ASSERT_EQ(terms.size(), 2U);
   EXPECT_EQ(terms[0].share, 0.3);
@@ -269,14 +272,14 @@ TEST(SolidSceneTest, RelaxationIsASeriesWithAStep) {
 TEST(SolidSceneTest, RelaxationIsRefusedWithWhatIsAccepted) {
   const std::string green = "{kind: fem-green}";
   EXPECT_THAT(
-      MistakesOf(WithRelaxation("[{share: 0.6, time: 1 s}, {share: 0.4, time: 2 s}]", green)),
+      SolidMistakes(WithRelaxation("[{share: 0.6, time: 1 s}, {share: 0.4, time: 2 s}]", green)),
       HasSubstr("add up to less than 1"));
-  EXPECT_THAT(MistakesOf(WithRelaxation("[]", green)), HasSubstr("one to 8 terms"));
-  EXPECT_THAT(MistakesOf(WithRelaxation("[{share: 0, time: 1 s}]", green)), HasSubstr("share"));
-  EXPECT_THAT(MistakesOf(WithRelaxation("[{share: 0.1, time: 0 s}]", green)), HasSubstr("time"));
-  EXPECT_THAT(MistakesOf(WithRelaxation("[{share: 0.1}]", green)), HasSubstr("time"));
+  EXPECT_THAT(SolidMistakes(WithRelaxation("[]", green)), HasSubstr("one to 8 terms"));
+  EXPECT_THAT(SolidMistakes(WithRelaxation("[{share: 0, time: 1 s}]", green)), HasSubstr("share"));
+  EXPECT_THAT(SolidMistakes(WithRelaxation("[{share: 0.1, time: 0 s}]", green)), HasSubstr("time"));
+  EXPECT_THAT(SolidMistakes(WithRelaxation("[{share: 0.1}]", green)), HasSubstr("time"));
   for (const char* kind : {"{kind: fem}", "{}"}) {
-    EXPECT_THAT(MistakesOf(WithRelaxation("[{share: 0.1, time: 1 s}]", kind)),
+    EXPECT_THAT(SolidMistakes(WithRelaxation("[{share: 0.1, time: 1 s}]", kind)),
                 HasSubstr("use fem-green"))
         << kind;
   }

@@ -16,9 +16,9 @@ namespace {
 
 using ::testing::HasSubstr;
 
-constexpr const char* kBox = "{box: {size: [60 mm, 40 mm, 20 mm], cells: [3, 2, 1]}}";
+constexpr const char* kTouchedBox = "{box: {size: [60 mm, 40 mm, 20 mm], cells: [3, 2, 1]}}";
 
-std::string TouchScene(const std::string& sense, const std::string& geometry = kBox) {
+std::string TouchScene(const std::string& sense, const std::string& geometry = kTouchedBox) {
   return "name: touch\n"  // 1
          "object:\n"      // 2
          "  geometry: " +
@@ -31,7 +31,7 @@ std::string TouchScene(const std::string& sense, const std::string& geometry = k
          sense;  // 7
 }
 // One line `tactile: {...}`, line 8.
-std::string Tactile8(const std::string& keys, const std::string& geometry = kBox) {
+std::string Tactile8(const std::string& keys, const std::string& geometry = kTouchedBox) {
   return TouchScene("  tactile: {" + keys + "}\n", geometry);
 }
 

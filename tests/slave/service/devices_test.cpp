@@ -26,8 +26,8 @@ v1::ImageSample Image(int i) {
 }
 
 // Feeds `samples` on a separate stream.
-grpc::Status Feed(v1::Teleoperation::Stub& stub, const std::vector<v1::ImageSample>& samples,
-                  v1::FeedImagesReply* reply) {
+grpc::Status FeedAll(v1::Teleoperation::Stub& stub, const std::vector<v1::ImageSample>& samples,
+                     v1::FeedImagesReply* reply) {
   CallContext context;
   const auto writer = stub.FeedImages(&context, reply);
   for (const auto& sample : samples) writer->Write(sample);
@@ -49,7 +49,7 @@ class ImagesTest : public DevicesTest {
 };
 
 TEST_F(ImagesTest, AreTakenAndCounted) {
-  EXPECT_TRUE(Feed(*Connect(), {Image(0), Image(1), Image(2)}, &reply_).ok());
+  EXPECT_TRUE(FeedAll(*Connect(), {Image(0), Image(1), Image(2)}, &reply_).ok());
   EXPECT_EQ(reply_.samples(), 3U);
   const auto source = slave_.image_inbox()->OpenFrames({});
   EXPECT_EQ(source->Next({})->image.at<unsigned char>(5, 5), 2);
@@ -58,7 +58,7 @@ TEST_F(ImagesTest, AreTakenAndCounted) {
 TEST_F(ImagesTest, OfAnotherSizeEndTheStreamInWords) {
   v1::ImageSample wrong = Image(1);
   wrong.mutable_image()->set_width(32);
-  EXPECT_THAT(Feed(*Connect(), {Image(0), wrong}, &reply_),
+  EXPECT_THAT(FeedAll(*Connect(), {Image(0), wrong}, &reply_),
               EndedWith(grpc::StatusCode::INVALID_ARGUMENT,
                         HasSubstr("sample 2: data of 3072 bytes: expected 1536")));
 }

@@ -15,7 +15,7 @@ namespace palpate {
 namespace {
 
 constexpr std::uint64_t kId = 1;
-constexpr double kPeriod = 1e-3, kLag = 3e-3;  // of the manipulator [s]
+constexpr double kArmPeriod = 1e-3, kArmLag = 3e-3;  // of the manipulator [s]
 
 cv::Mat Displaced(const cv::Mat& image, int down) {
   if (down == 0) return image;
@@ -66,7 +66,7 @@ void SimulatedDevices::Drive(const std::stop_token& stop) {
   for (auto wake = std::chrono::steady_clock::now(); !stop.stop_requested();) {
     const ArmAim aim = slave_.driven_arm()->Aim(Clock::now());
     if (aim.motion == ArmAim::Motion::kFollow) {
-      reading.p_S_tip += (1 - std::exp(-kPeriod / kLag)) * (aim.p_S_tip - reading.p_S_tip);
+      reading.p_S_tip += (1 - std::exp(-kArmPeriod / kArmLag)) * (aim.p_S_tip - reading.p_S_tip);
     }
     environment_->MoveTool(reading.p_S_tip, WhenUnsolved::kUseNearest);
     const Truth truth = environment_->truth();

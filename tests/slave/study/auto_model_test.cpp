@@ -107,7 +107,7 @@ TEST(AutoModelTest, ASlowMachineChoosesTheSame) {
 
 // --- real models
 
-Scene Cube() {
+Scene AutoCube() {
   Scene scene = fake::Square();
   scene.object.geometry = BoxGeometry{{0.06, 0.06, 0.06}, {3, 3, 3}};
   scene.object.fixed = {{FixedPlane{2, 0}, {true, true, true}}};
@@ -122,7 +122,7 @@ Scene Cube() {
 
 // A condensed model has neither mass nor weight, whatever its parameters.
 TEST(AutoModelTest, MotionAndWeightNeedFiniteElements) {
-  Scene moving = Cube(), heavy = Cube();
+  Scene moving = AutoCube(), heavy = AutoCube();
   moving.model.fem.time = FemOptions::Time::kDynamic;
   heavy.model.fem.gravity_O = {0, 0, -9.81};
   for (const Scene& scene : {moving, heavy}) {

@@ -13,7 +13,7 @@ namespace {
 
 using reference::json;
 
-Scene MembraneScene(const json& params, double thickness, double depth) {
+Scene PublishedMembrane(const json& params, double thickness, double depth) {
   Scene scene;
   scene.object.geometry = MembraneGeometry{params.at("a"), thickness};
   scene.object.material.young_modulus = params.at("E");
@@ -39,7 +39,7 @@ TEST(MembraneStudyTest, StatedErrorsAndReferenceAgreeWithThePublishedCurves) {
     StudySettings settings;
     settings.timing_s = 0;
     settings.places = {Eigen::Vector3d::Zero()};
-    const Scene scene = MembraneScene(published.at("params"), t, depth);
+    const Scene scene = PublishedMembrane(published.at("params"), t, depth);
     const StudyResult study = RunStudy(scene, settings, DefaultModelFactory());
     const double force = point.at("F_von_karman");
     const double radius = std::get<MembraneGeometry>(scene.object.geometry).radius;

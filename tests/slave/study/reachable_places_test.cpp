@@ -10,7 +10,7 @@
 namespace palpate::study {
 namespace {
 
-constexpr double kWidth = 0.01;
+constexpr double kProbeWidth = 0.01;
 
 Scene Rectangle() {
   Scene scene = fake::Square();
@@ -22,7 +22,7 @@ Scene Rectangle() {
 // Places keep half a width from both ends: on the left, top and right sides in proportion to their
 // lengths.
 TEST(ReachablePlacesTest, LieBesideCornersAndWhatIsHeld) {
-  const auto places = ReachablePlaces(Rectangle(), kWidth, SpreadShares(50));
+  const auto places = ReachablePlaces(Rectangle(), kProbeWidth, SpreadShares(50));
   ASSERT_EQ(places.size(), 50U);
   int on_top = 0;
   for (const Eigen::Vector3d& p : places) {
@@ -30,8 +30,8 @@ TEST(ReachablePlacesTest, LieBesideCornersAndWhatIsHeld) {
     on_top += top ? 1 : 0;
     const double along = top ? p.x() : p.y(), length = top ? 0.1 : 0.06;
     EXPECT_TRUE(top || std::abs(p.x() * (p.x() - 0.1)) < 1e-12) << p.transpose();
-    EXPECT_GE(along, 0.98 * kWidth);
-    EXPECT_LE(along, length - 0.98 * kWidth);
+    EXPECT_GE(along, 0.98 * kProbeWidth);
+    EXPECT_LE(along, length - 0.98 * kProbeWidth);
   }
   EXPECT_NEAR(on_top, 50 * 80 / (80 + 2 * 40), 2);
 }
@@ -57,7 +57,7 @@ TEST(ReachablePlacesTest, GoEvenlyOverWhereTheToolRestsNoneTwice) {
 // fits nowhere: then the place where the tool would meet the object is used.
 TEST(ReachablePlacesTest, DecideForTheWholeObject) {
   Scene scene = Rectangle();
-  scene.tool->width = kWidth;
+  scene.tool->width = kProbeWidth;
   EXPECT_EQ(PlacesToDecide(scene).size(), 128U);
   scene.study_contacts = {{0.02, 0.06, 0}};
   EXPECT_TRUE(PlacesToDecide(scene).empty());

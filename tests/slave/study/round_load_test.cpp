@@ -9,7 +9,7 @@ namespace {
 
 using Eigen::Vector3d;
 
-SurfaceMesh Cube(int cells) {
+SurfaceMesh CubeSurface(int cells) {
   return SurfaceOf(MeshBox({0.06, 0.06, 0.06}, {cells, cells, cells}));
 }
 
@@ -30,7 +30,7 @@ TEST(RoundLoadTest, MeansOverTheDiscAreTheDiscs) {
   for (const int cells : {3, 7, 12}) {
     for (const bool quadratic : {false, true}) {
       const auto points =
-          RoundLoad(Cube(cells), kPlace, -Vector3d::UnitZ(), 2 * kRadius, quadratic);
+          RoundLoad(CubeSurface(cells), kPlace, -Vector3d::UnitZ(), 2 * kRadius, quadratic);
       EXPECT_NEAR(Mean(points, [](const Vector3d&) { return 1; }), 1, 1e-12);
       EXPECT_NEAR(Mean(points, [](const Vector3d& p) { return p.x(); }), kPlace.x(),
                   1e-3 * kRadius);
@@ -46,7 +46,8 @@ TEST(RoundLoadTest, MeansOverTheDiscAreTheDiscs) {
 TEST(RoundLoadTest, QuadraticSharesKeepSecondMoments) {
   const double wanted = kRadius * kRadius / 4;
   for (const int cells : {3, 7, 12}) {
-    const auto points = RoundLoad(Cube(cells), kPlace, -Vector3d::UnitZ(), 2 * kRadius, true);
+    const auto points =
+        RoundLoad(CubeSurface(cells), kPlace, -Vector3d::UnitZ(), 2 * kRadius, true);
     const auto second = [](const Vector3d& p) { return std::pow(p.x() - kPlace.x(), 2); };
     EXPECT_NEAR(Mean(points, second) / wanted, 1, 2e-3) << cells;
     const auto mixed = [](const Vector3d& p) {

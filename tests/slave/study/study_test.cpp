@@ -21,7 +21,7 @@ namespace {
 using fake::Scenario;
 using testing::HasSubstr;
 
-std::size_t Count(const StudyResult& study, Outcome outcome) {
+std::size_t CountOf(const StudyResult& study, Outcome outcome) {
   return static_cast<std::size_t>(
       std::ranges::count(study.rows, outcome, [](const StudyRow& row) { return row.outcome; }));
 }
@@ -120,7 +120,7 @@ TEST(StudyTest, ErrorsAreThoseAgainstTheLimitThatTheModelsConvergeTo) {
   Scenario scenario;
   const StudyResult study = RunStudy(fake::Square(), {.timing_s = 1e-4}, scenario.Make());
   EXPECT_TRUE(study.complete);
-  EXPECT_EQ(Count(study, Outcome::kAnswered), study.rows.size());
+  EXPECT_EQ(CountOf(study, Outcome::kAnswered), study.rows.size());
   for (const StudyRow& row : study.rows) {
     const double elements = std::stod(row.resolution);
     EXPECT_NEAR(row.deviation, 3 / elements, 1e-6) << row.family << row.resolution;
@@ -144,7 +144,7 @@ TEST(StudyTest, BudgetIsRespectedAndTheRestListedWithItsCost) {
   // Costs are estimated in advance: once, the first model of an order may be more expensive than
   // estimated.
   EXPECT_LE(scenario.clock - began, settings.budget_s * 1.5);
-  EXPECT_GE(Count(study, Outcome::kAnswered), 10U);
+  EXPECT_GE(CountOf(study, Outcome::kAnswered), 10U);
   double left_out = 0;
   for (const StudyRow& row : study.rows) {
     if (row.outcome != Outcome::kSkipped) continue;
@@ -163,7 +163,7 @@ TEST(StudyTest, PrecomputeThatWouldNotFitIsRefusedBeforeItStarts) {
     if (!progress->Report("factor", 0)) throw Interrupted();
   };
   StudyResult study = RunStudy(fake::Square(), settings, scenario.Make());
-  EXPECT_EQ(Count(study, Outcome::kSkipped), study.rows.size());
+  EXPECT_EQ(CountOf(study, Outcome::kSkipped), study.rows.size());
   EXPECT_THAT(study.rows[0].reason, HasSubstr("more than the rest of the budget"));
 
   scenario.while_making = [&](Progress* progress) {
@@ -204,7 +204,7 @@ TEST(StudyTest, AStopKeepsTheResultsSoFar) {
   const StudyResult study =
       RunStudy(fake::Square(), {.timing_s = 1e-4}, scenario.Make(), stop.get_token(), watcher);
   EXPECT_FALSE(study.complete);
-  EXPECT_EQ(Count(study, Outcome::kAnswered), 5U);
+  EXPECT_EQ(CountOf(study, Outcome::kAnswered), 5U);
   EXPECT_EQ(study.rows.back().reason, "interrupted");
   EXPECT_EQ(scenario.made, 5);
 }

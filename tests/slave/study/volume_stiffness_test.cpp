@@ -8,18 +8,18 @@
 namespace palpate::study {
 namespace {
 
-constexpr double kE = 1e5, kNu = 0.3, kSide = 0.06;
+constexpr double kCubeE = 1e5, kCubeNu = 0.3, kCubeSide = 0.06;
 
-Scene Cube() {
+Scene StiffnessCube() {
   Scene scene;
-  scene.object.geometry = BoxGeometry{{kSide, kSide, kSide}, {3, 3, 3}};
-  scene.object.material = {kE, kNu, 0, 0};
+  scene.object.geometry = BoxGeometry{{kCubeSide, kCubeSide, kCubeSide}, {3, 3, 3}};
+  scene.object.material = {kCubeE, kCubeNu, 0, 0};
   scene.object.fixed = {{FixedPlane{2, 0}, {true, true, true}}};
   return scene;
 }
 
 Press OnTop(double x, double y) {
-  return {{x, y, kSide}, -Eigen::Vector3d::UnitZ(), Eigen::Vector3d::UnitX()};
+  return {{x, y, kCubeSide}, -Eigen::Vector3d::UnitZ(), Eigen::Vector3d::UnitX()};
 }
 
 // References for the force per depth: a bonded rigid disc on a half-space needs E w ln(3 - 4 nu) /
@@ -28,12 +28,12 @@ Press OnTop(double x, double y) {
 // bottom adds (1 + nu) (3 - 2 nu) / (2 pi) 1.13 w / side = 2.8 %, the free sides reduce this, and
 // the mesh is accurate to 1 %.
 TEST(VolumeStiffness, OfASmallToolIsThatOnAHalfSpace) {
-  const double w = kSide / 20;
+  const double w = kCubeSide / 20;
   for (const auto& [law, half_space] :
        {std::pair{ContactLaw::kBonded,
-                  kE * w * std::log(3 - 4 * kNu) / ((1 + kNu) * (1 - 2 * kNu))},
-        {ContactLaw::kFrictionless, kE * w / (1 - kNu * kNu)}}) {
-    Scene scene = Cube();
+                  kCubeE * w * std::log(3 - 4 * kCubeNu) / ((1 + kCubeNu) * (1 - 2 * kCubeNu))},
+        {ContactLaw::kFrictionless, kCubeE * w / (1 - kCubeNu * kCubeNu)}}) {
+    Scene scene = StiffnessCube();
     scene.model.contact = law;
     const auto found = VolumeStiffness(scene, OnTop(0.03, 0.03), w, w / 3);
     ASSERT_TRUE(found);
@@ -42,7 +42,7 @@ TEST(VolumeStiffness, OfASmallToolIsThatOnAHalfSpace) {
 }
 
 TEST(VolumeStiffness, IsNotKnownWhereNothingHoldsTheObject) {
-  Scene scene = Cube();
+  Scene scene = StiffnessCube();
   scene.object.fixed.clear();
   EXPECT_FALSE(VolumeStiffness(scene, OnTop(0.03, 0.03), 0.01, 0.004));
 }

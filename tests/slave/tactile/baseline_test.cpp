@@ -8,7 +8,7 @@
 namespace palpate {
 namespace {
 
-constexpr int kRest = 50;  // samples
+constexpr int kSamplesAtRest = 50;  // samples
 
 class BaselineTest : public ::testing::Test {
  protected:
@@ -25,7 +25,7 @@ class BaselineTest : public ::testing::Test {
     return reading;
   }
   void Rest(double slope) {  // counts per sample
-    for (; now_ < kRest; ++now_) {
+    for (; now_ < kSamplesAtRest; ++now_) {
       rest_.Advance();
       rest_.Take(Reading(slope * now_));
     }
@@ -40,7 +40,7 @@ class BaselineTest : public ::testing::Test {
     return std::sqrt(square / kElectrodeCount);
   }
 
-  Baseline rest_{kRest};
+  Baseline rest_{kSamplesAtRest};
   int now_ = 0;
   std::mt19937 random_{5};
   std::normal_distribution<double> noise_{0, 0.9};
@@ -59,7 +59,8 @@ TEST_F(BaselineTest, ALargeDriftIsExtrapolated) {
 TEST_F(BaselineTest, ADriftIsNotExtrapolatedThroughALongContact) {
   Rest(0.1);
   for (int i = 0; i < 60000; ++i) rest_.Advance();
-  const TactileSignals change = rest_.Change(Reading(0.1 * kRest)), sigma = rest_.drift_sigma();
+  const TactileSignals change = rest_.Change(Reading(0.1 * kSamplesAtRest)),
+                       sigma = rest_.drift_sigma();
   for (std::size_t i = 0; i < kElectrodeCount; ++i) {
     EXPECT_LT(std::abs(change[i]), 200) << i;
     EXPECT_LT(std::abs(change[i]), 3 * std::abs(sigma[i])) << i;
@@ -93,7 +94,7 @@ TEST_F(BaselineTest, TheVarianceOfThePressureIsThatOfItsLine) {
   for (const double slope : {0.0, 0.3}) {
     rest_.Reset();
     double squares = 0;
-    for (int i = 0; i < kRest; ++i) {
+    for (int i = 0; i < kSamplesAtRest; ++i) {
       rest_.Advance();
       FingerReading reading = Reading(slope * i);
       const double noise = noise_(random_);
@@ -101,7 +102,7 @@ TEST_F(BaselineTest, TheVarianceOfThePressureIsThatOfItsLine) {
       reading.pdc += static_cast<float>(slope * i + noise);
       rest_.Take(reading);
     }
-    const double known = (slope > 0 ? 4 : 1) * squares / kRest / kRest;
+    const double known = (slope > 0 ? 4 : 1) * squares / kSamplesAtRest / kSamplesAtRest;
     EXPECT_NEAR(rest_.pressure_variance(), known, 0.25 * known) << slope;
   }
 }

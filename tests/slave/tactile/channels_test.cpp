@@ -14,7 +14,7 @@
 namespace palpate {
 namespace {
 
-constexpr double kNoise = 0.01;  // of a channel [kPa]
+constexpr double kChannelNoise = 0.01;  // of a channel [kPa]
 
 // fz = -0.5 of channel 1, 0.25 of the last one squared and 0.1 of the second times the size.
 std::unique_ptr<ForceNetwork> QuadraticNetwork(int channels) {
@@ -23,7 +23,7 @@ std::unique_ptr<ForceNetwork> QuadraticNetwork(int channels) {
   info.inputs = channels;
   info.channels = {channels, "kPa"};
   info.outputs = 3;
-  info.noise = kNoise;
+  info.noise = kChannelNoise;
   info.sigma.setConstant(0.01);
   NetworkWeights weights;
   weights.LeaveUnscaled(channels, 3);
@@ -59,7 +59,7 @@ class ChannelSensorTest : public ::testing::TestWithParam<int> {
     reading.present = true;
     reading.channels.resize(change.size());
     for (std::size_t i = 0; i < change.size(); ++i) {
-      reading.channels[i] = static_cast<float>(7 + change[i] + kNoise * noise_(random_));
+      reading.channels[i] = static_cast<float>(7 + change[i] + kChannelNoise * noise_(random_));
     }
     return reading;
   }
@@ -68,7 +68,7 @@ class ChannelSensorTest : public ::testing::TestWithParam<int> {
   Tactile tactile_ = ChannelOptions(GetParam());
   std::unique_ptr<ForceNetwork> network_ = QuadraticNetwork(GetParam());
   ElectrodeLayout layout_{GetParam()};
-  std::unique_ptr<Localiser> localiser_ = MakeChannelLocaliser(tactile_, kNoise, layout_);
+  std::unique_ptr<Localiser> localiser_ = MakeChannelLocaliser(tactile_, kChannelNoise, layout_);
   Fingertip fingertip_{tactile_, network_.get(), *localiser_};
   std::mt19937 random_{3};
   std::normal_distribution<double> noise_{0, 1};
@@ -183,11 +183,11 @@ TEST(ChannelLocaliserTest, TheContactIsTheMeanOfTheChannelsByTheirChange) {
   ElectrodeLayout layout(3);
   layout.p_F = {{0.01, 0, 0}, {0.03, 0, 0}, {0, 0.5, 0}};
   layout.n_F = {-Eigen::Vector3d::UnitZ(), -Eigen::Vector3d::UnitZ(), Eigen::Vector3d::UnitY()};
-  const auto localiser = MakeChannelLocaliser(ChannelOptions(3), kNoise, layout);
+  const auto localiser = MakeChannelLocaliser(ChannelOptions(3), kChannelNoise, layout);
   TactileSignals change;
   change.resize(5);
   EXPECT_EQ(localiser->Locate(change, {}).status, TouchPlace::Status::kNoContact);
-  change[0] = 1, change[1] = -3, change[2] = 4 * kNoise;
+  change[0] = 1, change[1] = -3, change[2] = 4 * kChannelNoise;
   const TouchPlace place = localiser->Locate(change, {});
   EXPECT_EQ(place.status, TouchPlace::Status::kFound);
   EXPECT_EQ(place.active, 2);

@@ -13,13 +13,13 @@
 namespace palpate {
 namespace {
 
-const std::filesystem::path kShipped = SourcePath("/deploy/fingertips/simulated-tnn21");
+const std::filesystem::path kShippedNetwork = SourcePath("/deploy/fingertips/simulated-tnn21");
 
 constexpr int kRestSamples = 50;
 
 // Forces that the network estimates from `readings` [N], from the sample on that fills its window.
-std::vector<Eigen::Vector3d> Estimate(const ForceNetwork& network,
-                                      const std::vector<FingerReading>& readings) {
+std::vector<Eigen::Vector3d> EstimateAll(const ForceNetwork& network,
+                                         const std::vector<FingerReading>& readings) {
   RestValues rest(kRestSamples);
   for (const FingerReading& reading : readings) rest.Take(reading);
   const auto estimate = network.Windowed();
@@ -37,12 +37,12 @@ std::vector<Eigen::Vector3d> Estimate(const ForceNetwork& network,
 // smallest.
 TEST(ShippedNetworkTest, EstimatesForcesOfTheSimulatedFingertip) {
   const SimulatedPresses presses{.presses = 60, .rest_samples = kRestSamples, .seed = 987654};
-  const auto network = LoadForceNetwork(kShipped);
+  const auto network = LoadForceNetwork(kShippedNetwork);
   Eigen::Array3d error2(0, 0, 0), force2(0, 0, 0), force(0, 0, 0);
   double count = 0;
   for (int k = 0; k < CountStarts(presses); ++k) {
     const SimulatedStart start = SimulateStart(presses, k);
-    const auto forces = Estimate(*network, start.readings);
+    const auto forces = EstimateAll(*network, start.readings);
     const std::size_t before = start.force.size() - forces.size();
     for (std::size_t i = 0; i < forces.size(); ++i) {
       const Eigen::Vector3d& truth = start.force[before + i];
@@ -64,7 +64,7 @@ TEST(ShippedNetworkTest, EstimatesForcesOfTheSimulatedFingertip) {
 TEST(ShippedNetworkTest, EstimatesGentleContactsThatAreWiderThanSpheres) {
   constexpr double kPeriod = 0.01;  // [s]
   constexpr std::size_t kTouches = 60, kSettled = 120, kAll = 250;
-  const auto network = LoadForceNetwork(kShipped);
+  const auto network = LoadForceNetwork(kShippedNetwork);
   for (const double radius : {6e-3, 8e-3, 9.5e-3, 11e-3}) {
     FingertipLoad load;
     load.p_F = {0, 0, -7e-3};
@@ -75,7 +75,7 @@ TEST(ShippedNetworkTest, EstimatesGentleContactsThatAreWiderThanSpheres) {
     for (std::size_t i = 0; i < kAll; ++i) {
       readings.push_back(fingertip.Sample(i < kTouches ? nullptr : &load, kPeriod));
     }
-    const auto forces = Estimate(*network, readings);
+    const auto forces = EstimateAll(*network, readings);
     const std::size_t settled = kSettled - (kAll - forces.size());
     double mean = 0;
     for (std::size_t i = settled; i < forces.size(); ++i) mean += forces[i].norm();

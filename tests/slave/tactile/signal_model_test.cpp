@@ -11,7 +11,7 @@ namespace {
 
 using Signals = SignalPattern::Signals;
 
-constexpr double kRate = 100;  // [Hz]
+constexpr double kSampleRate = 100;  // [Hz]
 
 // Two kinds of contacts, each along another direction, with an accuracy of 1 % of the signals.
 Signals Direction(int kind) {
@@ -46,7 +46,7 @@ class SignalModelTest : public ::testing::Test {
   }
   void Update(const TactileSignals& change) { model_.Update(change, dead_, still_, 0); }
 
-  SignalModel model_{TwoKinds(), kRate};
+  SignalModel model_{TwoKinds(), kSampleRate};
   Electrodes dead_{}, still_{};
   std::mt19937 random_{3};
   std::normal_distribution<double> noise_{0, 0.9};

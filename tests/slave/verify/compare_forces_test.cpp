@@ -118,7 +118,7 @@ TEST(CompareForcesTest, ACorrectSetUpPassesWithEverySensor) {
   }
 }
 
-Fault Mapped(const Matrix3d& map, double position_scale = 1) {
+Fault MappedForces(const Matrix3d& map, double position_scale = 1) {
   return {.map = map, .position_scale = position_scale};
 }
 Matrix3d Swap() {
@@ -167,16 +167,18 @@ const std::vector<Sensor> kOneCamera{Sensor::kCamera};
 const std::vector<Sensor> kSeveralAxes{Sensor::kCamera, Sensor::kFingertips};
 const Matrix3d kOne = Matrix3d::Identity();
 const KnownFault kFaults[] = {
-    {"SoftModulus", kWithModulus, Mapped(0.8 * kOne), "magnitude", "sign frame position",
+    {"SoftModulus", kWithModulus, MappedForces(0.8 * kOne), "magnitude", "sign frame position",
      "object.material.young_modulus"},
-    {"StiffModulus", kWithModulus, Mapped(1.2 * kOne), "magnitude", "sign frame position",
+    {"StiffModulus", kWithModulus, MappedForces(1.2 * kOne), "magnitude", "sign frame position",
      "object.material.young_modulus"},
-    {"ReversedSign", kEvery, Mapped(-kOne), "sign", "magnitude frame",
+    {"ReversedSign", kEvery, MappedForces(-kOne), "sign", "magnitude frame",
      "The sign is reversed on every axis"},
-    {"SwappedAxes", kSeveralAxes, Mapped(Swap()), "frame", "magnitude",
+    {"SwappedAxes", kSeveralAxes, MappedForces(Swap()), "frame", "magnitude",
      "known x is reported as y, known y is reported as x"},
-    {"SmallPixels", kOneCamera, Mapped(0.97 * kOne, 0.97), "position", "", "sense.camera.pixel"},
-    {"LargePixels", kOneCamera, Mapped(1.03 * kOne, 1.03), "position", "", "sense.camera.pixel"},
+    {"SmallPixels", kOneCamera, MappedForces(0.97 * kOne, 0.97), "position", "",
+     "sense.camera.pixel"},
+    {"LargePixels", kOneCamera, MappedForces(1.03 * kOne, 1.03), "position", "",
+     "sense.camera.pixel"},
 };
 INSTANTIATE_TEST_SUITE_P(Faults, KnownFaultTest, testing::ValuesIn(kFaults),
                          [](const auto& tested) { return std::string(tested.param.name); });
@@ -301,7 +303,7 @@ TEST(CompareForcesTest, AModulusInTheWrongPowerOfTenIsNamed) {
 // A force that is ten times too large must not be explained by the unit kgf.
 TEST(CompareForcesTest, AUnitIsNamedOnlyIfTheIntervalHasIt) {
   for (unsigned seed = 1; seed <= 8; ++seed) {
-    const auto session = Session(Sensor::kPlate, seed, Mapped(10.4 * kOne));
+    const auto session = Session(Sensor::kPlate, seed, MappedForces(10.4 * kOne));
     const ForceComparison card = CompareForces(session);
     EXPECT_NE(FindingOf(card, "unit"), Finding::kWrong) << ToText(card);
     EXPECT_EQ(FindingOf(card, "magnitude"), Finding::kWrong) << ToText(card);

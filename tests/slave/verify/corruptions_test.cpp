@@ -21,9 +21,9 @@ using Eigen::Matrix3d;
 using Eigen::Vector3d;
 
 constexpr int kRows = 1200;
-constexpr double kStep = 0.01;   // between rows [s]
-constexpr double kNoise = 0.02;  // standard deviation of each axis of the estimate [N]
-constexpr unsigned kSeeds = 4;   // independent signals of each case
+constexpr double kStep = 0.01;       // between rows [s]
+constexpr double kAxisNoise = 0.02;  // standard deviation of each axis of the estimate [N]
+constexpr unsigned kCaseSeeds = 4;   // independent signals of each case
 
 // Sums of sines: presses along -z of up to some 3 N, with tangential forces.
 class Signal {
@@ -44,7 +44,7 @@ class Signal {
     return force;
   }
   Vector3d Noise() {
-    std::normal_distribution<double> normal(0, kNoise);
+    std::normal_distribution<double> normal(0, kAxisNoise);
     const double x = normal(random_), y = normal(random_), z = normal(random_);
     return {x, y, z};
   }
@@ -67,7 +67,7 @@ std::vector<ForceRow> Record(
     row.t = kStep * i;
     row.measured = signal.At(row.t);
     row.estimated = signal.At(time(row.t)) + signal.Noise();
-    row.sigma = kNoise;
+    row.sigma = kAxisNoise;
     rows.push_back(row);
   }
   return rows;
@@ -236,7 +236,7 @@ class CorruptionTest : public testing::TestWithParam<Corruption> {};
 
 TEST_P(CorruptionTest, IsNamedAlone) {
   const Corruption& corruption = GetParam();
-  for (unsigned seed = 1; seed <= kSeeds; ++seed) {
+  for (unsigned seed = 1; seed <= kCaseSeeds; ++seed) {
     const auto comparison = CompareForces(corruption.record(seed));
     std::set<std::string> permitted{corruption.wrong, "sigma"};
     std::istringstream more(corruption.permitted);

@@ -15,7 +15,7 @@
 namespace palpate {
 namespace {
 
-TestImage Block(double angle = 0) {
+TestImage TurnedBlock(double angle = 0) {
   TestImage painting;
   painting.body.emplace();
   painting.body->angle = angle;
@@ -69,7 +69,7 @@ Spread SpreadOf(const Curve& points, const Distance& distance) {
 TEST(EdgeRefinementTest, BlurredStraightEdgesAreFoundToATwentiethOfAPixel) {
   for (const double angle : {0.03, 0.2, 0.6}) {
     for (const double blur : {0.5, 0.8, 1.2}) {
-      TestImage painting = Block(angle);
+      TestImage painting = TurnedBlock(angle);
       painting.tool.reset();
       painting.body->texture = 0;
       painting.blur = blur;
@@ -118,7 +118,7 @@ double Overlap(const Curve& found, double area) {
 TEST(FindObjectTest, FindsTheObjectAndNotTheTool) {
   for (const double gap : {50.0, 12.0, 5.0}) {
     for (const double level : {90.0, 120.0, 235.0}) {
-      TestImage painting = Block(0.05);
+      TestImage painting = TurnedBlock(0.05);
       painting.body->level = level;
       painting.lighting = 0.15;
       painting.tool->tip.y() = painting.body->centre.y() - painting.body->half.y() - gap;
@@ -144,7 +144,7 @@ class ContourSizes : public testing::TestWithParam<std::tuple<cv::Size, int, int
 TEST_P(ContourSizes, TheContourRunsAroundTheBlock) {
   const auto [size, count, type] = GetParam();
   const double scale = size.height / 480.0;
-  TestImage painting = Block();
+  TestImage painting = TurnedBlock();
   painting.size = size;
   painting.body->centre = {0.5 * size.width, 0.6 * size.height};
   painting.body->half *= scale;
@@ -222,7 +222,7 @@ TEST(RestContourTest, StartsThatLeadNowhereAreRefused) {
 // by 5 %.
 TEST(RestContourTest, AStartMayBeOffByFortyPercentInRadius) {
   for (const bool disc : {true, false}) {
-    const TestImage painting = disc ? Embryo() : Block();
+    const TestImage painting = disc ? Embryo() : TurnedBlock();
     const PaintedBody& body = *painting.body;
     const double area = disc ? std::numbers::pi * 90 * 90 : 4 * body.half.prod();
     const double radius = std::sqrt(area / std::numbers::pi);
@@ -246,7 +246,7 @@ TEST(FitOutlineTest, FindsWhereTheBlockReallyIs) {
   camera.pixel = 0.35e-3;
   const CameraView view(camera, 640, 480);
   for (const double turn : {0.0, 0.052}) {
-    TestImage painting = Block(-turn);
+    TestImage painting = TurnedBlock(-turn);
     painting.body->centre = {325.3, 296.2};
     painting.tool->tip = {330, 199};
     const cv::Mat image = painting.Render();
@@ -270,7 +270,7 @@ TEST(FitOutlineTest, AnotherShapeOrPlaceIsNotFound) {
   Camera camera;
   camera.pixel = 1e-3;
   const CameraView view(camera, 640, 480);
-  const cv::Mat image = Block().Render();
+  const cv::Mat image = TurnedBlock().Render();
   const RestContour contour = FindRestContour({}, image, GreyFormat(image), 17, false);
   const Outline outline{{{0, 0}, {.22, 0}, {.22, .2}, {0, .2}}, {}};
   Eigen::Isometry3d far = Eigen::Isometry3d::Identity();

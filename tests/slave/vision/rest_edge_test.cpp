@@ -10,7 +10,7 @@
 namespace palpate {
 namespace {
 
-TestImage Block() {
+TestImage BlockAtRest() {
   TestImage painting;
   painting.body.emplace();
   return painting;
@@ -25,9 +25,9 @@ RestEdge EdgeOf(const TestImage& painting) {
 // Reference: the drawn block, moved by a known displacement. Mean and spread over all places: 0.03
 // px and 0.12 px at the default noise and texture.
 TEST(RestEdgeTest, EachPlaceMeasuresTheMotionOfTheEdgeAcross) {
-  RestEdge edge = EdgeOf(Block());
+  RestEdge edge = EdgeOf(BlockAtRest());
   ASSERT_GT(edge.places().size(), 150U);
-  TestImage moved = Block();
+  TestImage moved = BlockAtRest();
   const Eigen::Vector2d way(1.7, -2.6);
   moved.body->centre += way;
   const cv::Mat image = moved.Render(7);

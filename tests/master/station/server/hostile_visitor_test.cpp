@@ -14,8 +14,6 @@ namespace {
 using testing::HasSubstr;
 using testing::StartsWith;
 
-constexpr int kText = 1, kClose = 8;
-
 class HostileVisitorTest : public testing::Test {
  protected:
   [[nodiscard]] std::string Host() const { return ToString(server_.endpoint()); }

@@ -10,6 +10,9 @@
 
 namespace palpate {
 
+// Opcodes of WebSocket frames.
+inline constexpr int kText = 1, kBinary = 2, kClose = 8;
+
 // One TCP connection on loopback. Data that does not arrive within 30 s is considered missing.
 class PageClient {
  public:

@@ -19,8 +19,6 @@ using testing::HasSubstr;
 using testing::Not;
 using testing::StartsWith;
 
-constexpr int kText = 1, kBinary = 2, kClose = 8;
-
 class PageServerTest : public testing::Test {
  protected:
   [[nodiscard]] std::string Host() const { return ToString(server_.endpoint()); }

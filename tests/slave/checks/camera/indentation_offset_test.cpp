@@ -13,7 +13,7 @@ constexpr double kModel = 0.075, kEdge = 0.2, kImage = 0.1;  // sigmas: [-], [px
 
 // A press to 14 px in steps of a third of a pixel; the edge shows (1 + f) depth - offset, and no
 // indentation before contact.
-IndentationOffset Press(double f, double offset, double deepest, std::uint32_t seed) {
+IndentationOffset FitPress(double f, double offset, double deepest, std::uint32_t seed) {
   std::mt19937 random(seed);
   std::normal_distribution<double> noise(0, kImage);
   IndentationOffset fit;
@@ -33,7 +33,7 @@ TEST(IndentationOffset, NothingIsKnownBeforeTheFirstImage) {
 // Reference: the offset in the data. Tolerance: 3 sigma.
 TEST(IndentationOffset, IsTheExcessOfDepthOverIndentation) {
   for (const double offset : {-3.0, -1.0, 0.0, 1.0, 3.0}) {
-    const IndentationOffset fit = Press(0, offset, 14, 1);
+    const IndentationOffset fit = FitPress(0, offset, 14, 1);
     EXPECT_NEAR(fit.value(), offset, 3 * fit.sigma()) << offset;
     EXPECT_LT(fit.sigma(), 0.3);
   }
@@ -45,7 +45,7 @@ TEST(IndentationOffset, ASteeperIndentationIsNoOffset) {
   std::mt19937 random(7);
   std::normal_distribution<double> model(0, kModel);
   for (std::uint32_t seed = 0; seed < 200; ++seed) {
-    const IndentationOffset fit = Press(model(random), 0, 14, seed);
+    const IndentationOffset fit = FitPress(model(random), 0, 14, seed);
     EXPECT_LT(std::abs(fit.value()), 3.5 * fit.sigma()) << seed;
   }
 }
@@ -53,7 +53,7 @@ TEST(IndentationOffset, ASteeperIndentationIsNoOffset) {
 // Two pixels are found within five pixels of depth.
 TEST(IndentationOffset, IsFoundWhileThePressBegins) {
   for (const double offset : {-2.0, 2.0}) {
-    const IndentationOffset fit = Press(0.05, offset, 5, 3);
+    const IndentationOffset fit = FitPress(0.05, offset, 5, 3);
     EXPECT_GT(std::abs(fit.value()), 3.5 * fit.sigma()) << offset;
   }
 }
@@ -68,7 +68,7 @@ TEST(IndentationOffset, RepeatedImagesDoNotAddUp) {
 }
 
 TEST(IndentationOffset, IsForgottenOnReset) {
-  IndentationOffset fit = Press(0, 3, 14, 1);
+  IndentationOffset fit = FitPress(0, 3, 14, 1);
   fit.Reset();
   EXPECT_EQ(fit.value(), 0);
 }

@@ -7,7 +7,7 @@
 namespace palpate {
 namespace {
 
-constexpr int kWindow = 15;  // samples
+constexpr int kCheckWindow = 15;  // samples
 
 class FingertipChecksTest : public ::testing::Test {
  protected:
@@ -20,7 +20,7 @@ class FingertipChecksTest : public ::testing::Test {
   testing_fakes::PadLocaliser localiser_;
   Fingertip tip_{Tactile{}, nullptr, localiser_};
   Checks<FingertipSample> checks_ = MakeFingertipChecks();
-  Consistency consistency_{kWindow};
+  Consistency consistency_{kCheckWindow};
 };
 
 // The limits are those of CHECKS.md.
@@ -31,7 +31,7 @@ TEST_F(FingertipChecksTest, AForceFarFromThatOfTheModelIsFlagged) {
     sample.force_ratio = ratio;
     sample.force_ratio_sigma = sigma;
     FailedCheck code = FailedCheck::kNone;
-    for (int i = 0; i < kWindow; ++i) code = CodeOf(sample);
+    for (int i = 0; i < kCheckWindow; ++i) code = CodeOf(sample);
     return code;
   };
   for (const double ratio : {0.67, 1.5}) EXPECT_EQ(lasting(ratio, 0), FailedCheck::kNone) << ratio;
@@ -45,11 +45,11 @@ TEST_F(FingertipChecksTest, AForceFarFromThatOfTheModelIsFlagged) {
 TEST_F(FingertipChecksTest, AFingertipBesideItsEncoderPoseIsFlaggedAtOnceAndForAWindow) {
   FingertipSample sample{tip_, &consistency_};
   sample.encoder_error = 0;
-  for (int i = 0; i < kWindow; ++i) EXPECT_EQ(CodeOf(sample), FailedCheck::kNone);
+  for (int i = 0; i < kCheckWindow; ++i) EXPECT_EQ(CodeOf(sample), FailedCheck::kNone);
   sample.encoder_error = 0.55e-3;
   EXPECT_EQ(CodeOf(sample), FailedCheck::kArm);
   sample.encoder_error = 0;
-  for (int i = 1; i < kWindow; ++i) EXPECT_EQ(CodeOf(sample), FailedCheck::kArm) << i;
+  for (int i = 1; i < kCheckWindow; ++i) EXPECT_EQ(CodeOf(sample), FailedCheck::kArm) << i;
   EXPECT_EQ(CodeOf(sample), FailedCheck::kNone);
 }
 

@@ -17,17 +17,17 @@ namespace {
 using Eigen::Vector2d;
 using Eigen::Vector3d;
 
-constexpr double kNoise = 0.01;  // noise of an image position, per axis [px]
-constexpr int kRest = 10;
-constexpr double kPeriod = 1.0 / 30;  // [s]
+constexpr double kImageNoise = 0.01;  // noise of an image position, per axis [px]
+constexpr int kImagesAtRest = 10;
+constexpr double kPairPeriod = 1.0 / 30;  // [s]
 
 // 35 points on a membrane that is indented at its centre, with errors of the cameras that see them.
 class Watched {
  public:
   // Depths of the indentation [m] that the left and the right image show.
   SurfaceObservation& Show(double left_depth, double right_depth) {
-    seen_.sensed_at += Seconds(kPeriod);
-    seen_.skew = -reported_late * kPeriod;  // a late image was taken earlier
+    seen_.sensed_at += Seconds(kPairPeriod);
+    seen_.skew = -reported_late * kPairPeriod;  // a late image was taken earlier
     seen_.points.resize(35);
     for (std::size_t i = 0; i < seen_.points.size(); ++i) {
       const Vector3d rest(0.01 * (static_cast<double>(i % 7) - 3),
@@ -43,7 +43,7 @@ class Watched {
       if (spoil) point.right_I = spoil(point.right_I);
       const auto met = Triangulate(rig_, point.left_I, point.right_I, kStated);
       point.seen = true;
-      point.sigma_px = kNoise;
+      point.sigma_px = kImageNoise;
       point.miss_px = met->miss_px;
       point.covariance = met->covariance;
     }
@@ -51,7 +51,7 @@ class Watched {
   }
   // Observes a still membrane until the rest state is known, and once more.
   void Rest() {
-    for (int i = 0; i <= kRest; ++i) Process(0, 0);
+    for (int i = 0; i <= kImagesAtRest; ++i) Process(0, 0);
   }
   FailedCheck Process(double left_depth, double right_depth) {
     return Examine(&Show(left_depth, right_depth));
@@ -95,7 +95,7 @@ class Watched {
   Vector2d Noise() {
     const double y =
         normal_(random_);  // the order of a call's arguments would be the compiler's own
-    return noise * kNoise * Vector2d(normal_(random_), y);
+    return noise * kImageNoise * Vector2d(normal_(random_), y);
   }
 
  public:
@@ -104,7 +104,7 @@ class Watched {
 
  private:
   StereoRig rig_ = VergedTestRig();
-  EpipolarCheck check_{rig_, kRest, kStated};
+  EpipolarCheck check_{rig_, kImagesAtRest, kStated};
   SurfaceObservation seen_;
   std::mt19937 random_{1};
   std::normal_distribution<double> normal_;
@@ -116,7 +116,8 @@ TEST(EpipolarCheckTest, APressThatBothCamerasSeeAtOnceIsNotFlagged) {
   EXPECT_EQ(watched.Press(0), FailedCheck::kNone);
   // The four fitted unknowns absorb their share of the 35 misses, whose noise is that of two
   // positions.
-  EXPECT_NEAR(watched.epipolar_px(), kNoise * std::hypot(1, std::sqrt(2 * 4 / 35.0)), 0.4 * kNoise);
+  EXPECT_NEAR(watched.epipolar_px(), kImageNoise * std::hypot(1, std::sqrt(2 * 4 / 35.0)),
+              0.4 * kImageNoise);
 }
 
 TEST(EpipolarCheckTest, ImagesOfDifferentInstantsAreFlaggedWhileThePressMoves) {
@@ -176,7 +177,7 @@ TEST(EpipolarCheckTest, NoiseBeyondThatOfTheImagesWidensTheCovariances) {
     const double reported = seen.points[7].covariance(2, 2);
     EXPECT_EQ(watched.Examine(&seen), FailedCheck::kNone) << more;
     const double wider = std::sqrt(seen.points[7].covariance(2, 2) / reported);
-    EXPECT_NEAR(wider, std::max(1.0, more * kNoise / Watched::kStated), 0.4 * wider) << more;
+    EXPECT_NEAR(wider, std::max(1.0, more * kImageNoise / Watched::kStated), 0.4 * wider) << more;
   }
 }
 

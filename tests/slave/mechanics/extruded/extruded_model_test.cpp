@@ -23,8 +23,8 @@ namespace {
 using ::testing::HasSubstr;
 
 // A block of 100 mm and 10 kPa that is held at its bottom. `tool` and `rest` end the maps.
-std::string SceneOf(double height_mm, double thickness_mm, double nu, const std::string& tool,
-                    const std::string& kind = "extruded") {
+std::string ExtrudedScene(double height_mm, double thickness_mm, double nu, const std::string& tool,
+                          const std::string& kind = "extruded") {
   return "name: block\nobject:\n  geometry: {rectangle: {width: 100 mm, height: " +
          std::to_string(height_mm) + " mm, thickness: " + std::to_string(thickness_mm) +
          " mm}}\n  material: {young_modulus: 10 kPa, poisson_ratio: " + std::to_string(nu) +
@@ -32,8 +32,8 @@ std::string SceneOf(double height_mm, double thickness_mm, double nu, const std:
          ", elements: 80}\n";
 }
 
-struct Block {
-  explicit Block(const std::string& text)
+struct ExtrudedBlock {
+  explicit ExtrudedBlock(const std::string& text)
       : scene(ParseScene(text)),
         mesh(MeshObject(scene, std::nullopt)),
         model(MakeModel(scene, mesh)) {}
@@ -52,7 +52,7 @@ struct Block {
   Solution solution;
 };
 
-struct Measured {
+struct MeasuredStiffness {
   // Relative to the side of 100 mm; behind < 0: the centre.
   double thickness, x, width, depth, behind, nu;
   double stiffness;  // relative to E and the side
@@ -63,16 +63,16 @@ struct Measured {
 // extrapolated. They share nothing with the model. Tolerance: 3 %, of which 1 % is the reference's
 // error (for another block the compliance of the half-space was 0.5 % higher).
 TEST(ExtrudedModel, IsAsStiffAsBricksInSpace) {
-  for (const Measured& at :
-       {Measured{1, 0.5, 0.1, 0.1, -1, 0.45, 0.14403}, Measured{1, 0.5, 0.1, 1, -1, 0.49, 0.53885},
-        Measured{0.3, 0.5, 0.1, 0.15, -1, 0.3, 0.11687},
-        Measured{0.6, 0.3, 0.15, 0.12, 0.06, 0.45, 0.14826},
-        Measured{0.3, 0.5, 0.15, 0.15, 0, 0.49, 0.12823}}) {
+  for (const MeasuredStiffness& at : {MeasuredStiffness{1, 0.5, 0.1, 0.1, -1, 0.45, 0.14403},
+                                      MeasuredStiffness{1, 0.5, 0.1, 1, -1, 0.49, 0.53885},
+                                      MeasuredStiffness{0.3, 0.5, 0.1, 0.15, -1, 0.3, 0.11687},
+                                      MeasuredStiffness{0.6, 0.3, 0.15, 0.12, 0.06, 0.45, 0.14826},
+                                      MeasuredStiffness{0.3, 0.5, 0.15, 0.15, 0, 0.49, 0.12823}}) {
     const std::string place =
         at.behind < 0 ? "" : ", behind: " + std::to_string(100 * at.behind) + " mm";
-    Block block(SceneOf(100, 100 * at.thickness, at.nu,
-                        "width: " + std::to_string(100 * at.width) +
-                            " mm, depth: " + std::to_string(100 * at.depth) + " mm" + place));
+    ExtrudedBlock block(ExtrudedScene(100, 100 * at.thickness, at.nu,
+                                      "width: " + std::to_string(100 * at.width) + " mm, depth: " +
+                                          std::to_string(100 * at.depth) + " mm" + place));
     const ContactResponse response = block.Press(0.1 * at.x, 0.1, 1e-3);
     ASSERT_EQ(response.validity, Validity::kValid) << response.flag_reason;
     const double force = 1e4 * 0.1 * 1e-3 * at.stiffness;
@@ -84,7 +84,7 @@ TEST(ExtrudedModel, IsAsStiffAsBricksInSpace) {
 // hundredth of its width and the tool presses over the whole thickness. Under a bonded tool the
 // sheet cannot become thicker; this effect reaches as deep as the thickness. Tolerance: 2 %.
 TEST(ExtrudedModel, AThinSheetIsInPlaneStress) {
-  Block sheet(SceneOf(100, 1, 0.3, "width: 10 mm, depth: whole"));
+  ExtrudedBlock sheet(ExtrudedScene(100, 1, 0.3, "width: 10 mm, depth: whole"));
   const simulation::TrueBody body(sheet.scene);
   const auto plane =
       simulation::SolvePatch(body, 0.3, Plane::kStress, body.Nearest({0.05, 0.1}), 0.01);
@@ -97,8 +97,8 @@ TEST(ExtrudedModel, AThinSheetIsInPlaneStress) {
 // Reference: boundary elements in plane stress, which share nothing with these finite elements.
 // Tolerance: 3 % of the tool's motion, 2 % for the thickness (see above) and 1 % for 80 elements.
 TEST(ExtrudedModel, TheInsideOfAThinSheetMovesAsBoundaryElementsSay) {
-  Block sheet(SceneOf(100, 1, 0.3, "width: 10 mm, depth: whole"));
-  Block plane(SceneOf(100, 1, 0.3, "width: 10 mm", "bem2d, order: quadratic"));
+  ExtrudedBlock sheet(ExtrudedScene(100, 1, 0.3, "width: 10 mm, depth: whole"));
+  ExtrudedBlock plane(ExtrudedScene(100, 1, 0.3, "width: 10 mm", "bem2d, order: quadratic"));
   constexpr double kDepth = 1e-3;  // [m]
   std::vector<Eigen::Vector3d> moved, expected;
   for (const auto& [block, u_O] : {std::pair{&sheet, &moved}, std::pair{&plane, &expected}}) {
@@ -117,10 +117,10 @@ TEST(ExtrudedModel, TheInsideOfAThinSheetMovesAsBoundaryElementsSay) {
 // the rounding of the layers.
 TEST(ExtrudedModel, MirroredToolsHaveMirroredForces) {
   const auto with = [](double behind) {
-    return SceneOf(80, 60, 0.4,
-                   "width: 12 mm, depth: 15 mm, behind: " + std::to_string(behind) + " mm");
+    return ExtrudedScene(80, 60, 0.4,
+                         "width: 12 mm, depth: 15 mm, behind: " + std::to_string(behind) + " mm");
   };
-  Block front(with(5)), back(with(40));
+  ExtrudedBlock front(with(5)), back(with(40));
   const ContactResponse left = front.Press(0.03, 0.08, 1e-3, 5e-4);
   const ContactResponse right = front.Press(0.07, 0.08, 1e-3, -5e-4);
   EXPECT_NEAR(left.force_O.x(), -right.force_O.x(), 0.01 * left.force_O.norm());
@@ -133,8 +133,8 @@ TEST(ExtrudedModel, MirroredToolsHaveMirroredForces) {
 // less, and the supported side does not move.
 TEST(ExtrudedModel, TheFrontEdgeMovesAsFarAsTheToolIsNear) {
   const auto moved = [](double behind) {
-    Block block(SceneOf(100, 60, 0.45,
-                        "width: 10 mm, depth: 10 mm, behind: " + std::to_string(behind) + " mm"));
+    ExtrudedBlock block(ExtrudedScene(
+        100, 60, 0.45, "width: 10 mm, depth: 10 mm, behind: " + std::to_string(behind) + " mm"));
     EXPECT_EQ(block.Press(0.05, 0.1, 2e-3).validity, Validity::kValid);
     std::vector<Eigen::Vector3d> u_O;
     block.model->Displacements(block.solution, &u_O);
@@ -155,7 +155,7 @@ TEST(ExtrudedModel, TheFrontEdgeMovesAsFarAsTheToolIsNear) {
 }
 
 TEST(ExtrudedModel, ALoadMovesTheToolAsTheForceOfThatMotionAsks) {
-  Block block(SceneOf(100, 60, 0.45, "width: 10 mm, depth: 10 mm"));
+  ExtrudedBlock block(ExtrudedScene(100, 60, 0.45, "width: 10 mm, depth: 10 mm"));
   const ContactResponse pressed = block.Press(0.05, 0.1, 2e-3, 1e-3);
   Contact load;
   load.kind = Contact::Kind::kForce;
@@ -168,7 +168,7 @@ TEST(ExtrudedModel, ALoadMovesTheToolAsTheForceOfThatMotionAsks) {
 }
 
 TEST(ExtrudedModel, WhatItCannotAnswerFailsWithAReason) {
-  Block block(SceneOf(100, 60, 0.45, "width: 10 mm, depth: 10 mm"));
+  ExtrudedBlock block(ExtrudedScene(100, 60, 0.45, "width: 10 mm, depth: 10 mm"));
   EXPECT_EQ(block.Press(0.05, 0, 1e-3).validity, Validity::kFailed);
   EXPECT_THAT(std::string(block.model->failure()), HasSubstr("held"));
   std::array<Contact, 2> two;
@@ -183,7 +183,7 @@ TEST(ExtrudedModel, WhatItCannotAnswerFailsWithAReason) {
 // Reference: contracts, keys of a tool.
 TEST(ExtrudedModel, AScenesToolMustBeWithinTheThickness) {
   const auto mistakes = [](const std::string& tool, const std::string& kind = "extruded") {
-    return Thrown<SceneError>([&] { ParseScene(SceneOf(100, 60, 0.45, tool, kind)); });
+    return Thrown<SceneError>([&] { ParseScene(ExtrudedScene(100, 60, 0.45, tool, kind)); });
   };
   EXPECT_THAT(mistakes("width: 10 mm"), HasSubstr("tool.depth"));
   EXPECT_THAT(mistakes("width: 10 mm, depth: 10 mm, behind: 51 mm"), HasSubstr("tool.behind"));
@@ -191,7 +191,7 @@ TEST(ExtrudedModel, AScenesToolMustBeWithinTheThickness) {
   EXPECT_THAT(mistakes("width: 10 mm, depth: 10 mm, behind: 5 mm", "bem2d"),
               HasSubstr("tool.behind"));
   const Scene scene =
-      ParseScene(SceneOf(100, 60, 0.45, "width: 10 mm, depth: 10 mm, behind: 50 mm"));
+      ParseScene(ExtrudedScene(100, 60, 0.45, "width: 10 mm, depth: 10 mm, behind: 50 mm"));
   EXPECT_EQ(scene.tool->behind, 0.05);
 }
 

@@ -24,18 +24,18 @@ using Eigen::Vector3d;
 using solids::Displacement;
 using solids::Respond;
 
-SolidMesh Block(int n = 4) {
+SolidMesh CubeOfFoam(int n = 4) {
   return MeshBox({0.06, 0.06, 0.06}, {n, n, n});
 }
-solids::Held OnFloor(const SolidMesh& mesh) {
+solids::Held FixedFloor(const SolidMesh& mesh) {
   return FixedWhere(mesh, [](const Vector3d& p) { return p.z() < 1e-9; });
 }
 
 // If a point at a tenth of a triangle's height above the floor is moved, the free node must move
 // ten times as far.
 TEST(FemModel, APointThatLiesMostlyOnASupportIsFlagged) {
-  const SolidMesh mesh = Block();
-  FemModel model(mesh, OnFloor(mesh), solids::Linear(solids::Foam()));
+  const SolidMesh mesh = CubeOfFoam();
+  FemModel model(mesh, FixedFloor(mesh), solids::Linear(solids::Foam()));
   const Vector3d d(-1e-5, 0, 0);
   EXPECT_EQ(Respond(model, {Move({0.06, 0.032, 0.012}, d)}).front().validity, Validity::kValid);
   const auto low = Respond(model, {Move({0.06, 0.032, 0.0015}, d)}).front();
@@ -46,13 +46,13 @@ TEST(FemModel, APointThatLiesMostlyOnASupportIsFlagged) {
 // Law: the linear law's force is proportional to the displacement, even if the requested residual
 // is near the rounding error.
 TEST(FemModel, AskingForMoreDigitsThanThereAreIsHarmless) {
-  const SolidMesh mesh = Block();
+  const SolidMesh mesh = CubeOfFoam();
   for (const Vector3d& place : {Vector3d(0.0232, 0.0111, 0.06), Vector3d(0.06, 0.031, 0.0422)}) {
     Vector3d per_size(0, 0, 0);
     for (const double residual : {1e-8, 1e-12, 1e-14}) {
       auto params = solids::Linear(solids::Foam());
       params.options.residual = residual;
-      FemModel model(mesh, OnFloor(mesh), params);
+      FemModel model(mesh, FixedFloor(mesh), params);
       for (const double size : {0.5, 0.9, 1.0, 1.01}) {
         const auto r =
             Respond(model, {Move(place, size * Vector3d(0.001, -0.002, -0.003))}).front();
@@ -67,7 +67,7 @@ TEST(FemModel, AskingForMoreDigitsThanThereAreIsHarmless) {
 // Law: without supports balanced loads have an answer, free of rigid motion, and it does not
 // depend on where the body lies; others are refused.
 TEST(FemModel, AnUnsupportedBodyTakesBalancedLoadsOnly) {
-  SolidMesh mesh = Block();
+  SolidMesh mesh = CubeOfFoam();
   for (auto& p : mesh.nodes) p += Vector3d(3, -2, 1);
   for (const bool linear : {true, false}) {
     FemModel model(mesh, solids::Held(mesh.nodes.size()),
@@ -96,11 +96,11 @@ TEST(FemModel, AnUnsupportedBodyTakesBalancedLoadsOnly) {
 
 // Law: after Reset() the answer is that of a new model, bit by bit.
 TEST(FemModel, ResetForgetsTheHistory) {
-  const SolidMesh mesh = Block();
+  const SolidMesh mesh = CubeOfFoam();
   for (const auto time : {FemOptions::Time::kStatic, FemOptions::Time::kDynamic}) {
     auto params = solids::Foam();
     params.options.time = time;
-    FemModel used(mesh, OnFloor(mesh), params), fresh(mesh, OnFloor(mesh), params);
+    FemModel used(mesh, FixedFloor(mesh), params), fresh(mesh, FixedFloor(mesh), params);
     const Contact first = Move({0.03, 0.03, 0.06}, {0, 0.01, -0.02}, 0.03);
     const Contact second = Push({0.06, 0.03, 0.03}, {-0.05, 0, 0});
     for (int i = 0; i < 3; ++i) Respond(used, {first});
@@ -114,14 +114,14 @@ TEST(FemModel, ResetForgetsTheHistory) {
 
 // Law: any number of threads gives the same bits.
 TEST(FemModel, ThreadsDoNotChangeABit) {
-  const SolidMesh mesh = Block(8);
+  const SolidMesh mesh = CubeOfFoam(8);
   for (const auto time : {FemOptions::Time::kStatic, FemOptions::Time::kDynamic}) {
     std::vector<Vector3d> one;
     for (const int threads : {1, 2, 3, 7}) {
       auto params = solids::Foam();
       params.options.time = time;
       params.options.threads = threads;
-      FemModel model(mesh, OnFloor(mesh), params);
+      FemModel model(mesh, FixedFloor(mesh), params);
       Solution solution;
       for (int i = 0; i < 3; ++i) {
         Respond(model, {Push({0.03, 0.03, 0.06}, {0, 0.03 * i, -0.1}, 0.02)}, &solution);
@@ -137,7 +137,7 @@ TEST(FemModel, ThreadsDoNotChangeABit) {
 // times. Reference: the same motion with every linear system solved to rounding; a residual of 1e-6
 // changes the final displacement by up to 1e-4. No memory is allocated during the motion.
 TEST(FemModel, SwingsTheSameWithFactorsThatAge) {
-  const SolidMesh mesh = Block(6);
+  const SolidMesh mesh = CubeOfFoam(6);
   const auto held = FixedWhere(mesh, [](const Vector3d& p) { return p.x() < 1e-9; });
   const auto swing = [&](double residual, double* max_iterations) {
     auto params = solids::Foam();
@@ -165,7 +165,7 @@ TEST(FemModel, SwingsTheSameWithFactorsThatAge) {
   EXPECT_LT(iterations, 40) << "a factor is older than it should be";
 }
 
-struct Listener final : Progress {
+struct StopListener final : Progress {
   bool Report(std::string_view stage, double done) override {
     ++calls;
     EXPECT_LE(done, 1) << stage;
@@ -178,7 +178,7 @@ struct Listener final : Progress {
 };
 
 void ExpectThatItStopsAndGoesOn(DeformationModel& model, const Contact& contact,
-                                Listener* listener) {
+                                StopListener* listener) {
   listener->stop = true;
   listener->calls = 0;
   Solution solution;
@@ -202,7 +202,7 @@ TEST(FemModel, LongSearchesReportProgressAndStop) {
   auto params = solids::Foam();
   params.material.young_modulus = 1e5;
   params.options.residual = 1e-6;
-  Listener listener;
+  StopListener listener;
   FemModel model(bar, held, params, &listener);
   ExpectThatItStopsAndGoesOn(model, Push({1, 0.05, 0.05}, {0, 0, -0.05}, 0.05), &listener);
   EXPECT_FALSE(listener.shares.empty());
@@ -213,8 +213,8 @@ TEST(FemModel, LongSearchesReportProgressAndStop) {
                                             .residual = 1e-8},
                                 .young_modulus = 3800,
                                 .poisson_ratio = nu};
-    Listener of_search;
-    SolidModel solid(mesh, OnFloor(mesh), of_solid, &of_search);
+    StopListener of_search;
+    SolidModel solid(mesh, FixedFloor(mesh), of_solid, &of_search);
     ExpectThatItStopsAndGoesOn(solid, Move({0.5, 0.5, 1}, {0.02, 0, -0.08}, 0.4), &of_search);
   }
 }
@@ -222,8 +222,8 @@ TEST(FemModel, LongSearchesReportProgressAndStop) {
 // Law: if the cube is pressed flat and further, inverted elements are counted and the answer is
 // flagged.
 TEST(FemModel, InversionIsFlaggedAndRecoveredFrom) {
-  const SolidMesh mesh = Block(3);
-  FemModel model(mesh, OnFloor(mesh), solids::Foam());
+  const SolidMesh mesh = CubeOfFoam(3);
+  FemModel model(mesh, FixedFloor(mesh), solids::Foam());
   const auto deep = Respond(model, {Push({0.02, 0.02, 0.06}, {0, 0, -3})}).front();
   EXPECT_EQ(deep.validity, Validity::kExtrapolated) << model.failure();
   EXPECT_GT(model.inverted(), 0);
@@ -247,7 +247,7 @@ TEST(FemModel, RefusesInvalidParameters) {
       {[](SolidMesh* m, P*) { m->nodes[3].x() = std::nan(""); }, "node 3"},
       {[](SolidMesh* m, P*) { m->tets.clear(); }, "no element"}};
   for (const auto& [change, word] : mistakes) {
-    SolidMesh mesh = Block(1);
+    SolidMesh mesh = CubeOfFoam(1);
     auto params = solids::Foam();
     change(&mesh, &params);
     EXPECT_THAT(Thrown<std::invalid_argument>(
@@ -258,11 +258,12 @@ TEST(FemModel, RefusesInvalidParameters) {
 
 // Law: a node that belongs to no element does not matter; everything may be held.
 TEST(FemModel, DanglingNodesAndFullSupportAreAccepted) {
-  const SolidMesh mesh = Block(2);
+  const SolidMesh mesh = CubeOfFoam(2);
   SolidMesh dangling = mesh;
   dangling.nodes.emplace_back(0.03, 0.03, 0.7);
   const Contact contact = Push({0.06, 0.06, 0.06}, {0, 0.01, -0.02});
-  FemModel a(mesh, OnFloor(mesh), solids::Foam()), b(dangling, OnFloor(dangling), solids::Foam());
+  FemModel a(mesh, FixedFloor(mesh), solids::Foam()),
+      b(dangling, FixedFloor(dangling), solids::Foam());
   const Vector3d ua = Respond(a, {contact}).front().displacement_O;
   const Vector3d ub = Respond(b, {contact}).front().displacement_O;
   EXPECT_LT((ua - ub).norm(), 1e-11 * ua.norm());

@@ -21,18 +21,19 @@ namespace {
 using Eigen::Matrix3d;
 
 constexpr double kPoissonRatio = 0.45;
-constexpr double kSide = 0.08;  // [m]
+constexpr double kHyperSide = 0.08;  // [m]
 
 // A block of at least nine elements with unequal sides and a soft and a stiff half.
-SolidMesh Block(int cells) {
-  SolidMesh mesh = MeshBox({kSide, kSide, 0.6 * kSide}, {cells, cells, cells / 2 + 1});
+SolidMesh TwoModulusBlock(int cells) {
+  SolidMesh mesh =
+      MeshBox({kHyperSide, kHyperSide, 0.6 * kHyperSide}, {cells, cells, cells / 2 + 1});
   for (const auto& tet : mesh.tets) {
-    mesh.modulus.push_back(mesh.nodes[Index(tet[0])].x() < 0.5 * kSide ? 1 : 2.5);
+    mesh.modulus.push_back(mesh.nodes[Index(tet[0])].x() < 0.5 * kHyperSide ? 1 : 2.5);
   }
   return mesh;
 }
 
-solids::Held OnFloor(const SolidMesh& mesh) {
+solids::Held FixedAtZero(const SolidMesh& mesh) {
   return FixedWhere(mesh, [](const auto& p) { return p.z() == 0; });
 }
 
@@ -49,8 +50,8 @@ NodeVector RandomMotion(const FemBody& body, double size) {
 // Reference: the law of the general model (material_law.h), another implementation, element by
 // element. From strains of 1e-12 to elements that are inside out; rounding.
 TEST(NeoHookeanLanes, ForcesAndEnergyAreThoseOfTheLaw) {
-  const SolidMesh mesh = Block(3);
-  FemBody body(mesh, OnFloor(mesh), {kPoissonRatio, TetElements::Law::kNeoHookean});
+  const SolidMesh mesh = TwoModulusBlock(3);
+  FemBody body(mesh, FixedAtZero(mesh), {kPoissonRatio, TetElements::Law::kNeoHookean});
   const MaterialLaw law(FemOptions::Law::kNeoHookean, kPoissonRatio);
   const double bulk = 1 / law.compressibility();
   for (const double size : {1e-12, 1e-3, 0.03, 0.3}) {
@@ -88,8 +89,8 @@ TEST(NeoHookeanLanes, ForcesAndEnergyAreThoseOfTheLaw) {
 // Law: the tangent is the derivative of the forces; central differences truncate near 1e-9. It
 // equals the tangent from the combined pass and is symmetric.
 TEST(NeoHookeanLanes, TheTangentIsTheDerivativeOfTheForces) {
-  const SolidMesh mesh = Block(3);
-  FemBody body(mesh, OnFloor(mesh), {kPoissonRatio, TetElements::Law::kNeoHookean});
+  const SolidMesh mesh = TwoModulusBlock(3);
+  FemBody body(mesh, FixedAtZero(mesh), {kPoissonRatio, TetElements::Law::kNeoHookean});
   const NodeVector u = RandomMotion(body, 0.05), along = RandomMotion(body, 1);
   BlockMatrix K(body.pattern());
   const ElementSummary summary = body.EvaluateWithTangent(u, 0, K);
@@ -122,8 +123,9 @@ FemModel::Params Organ(double residual, FemOptions::Law law = FemOptions::Law::k
           .range = 1};
 }
 
-Contact Disc(double x, double y, const Eigen::Vector3d& displacement) {
-  return contacts::Move({x * kSide, y * kSide, 0.6 * kSide}, displacement, 0.25 * kSide);
+Contact DiscContact(double x, double y, const Eigen::Vector3d& displacement) {
+  return contacts::Move({x * kHyperSide, y * kHyperSide, 0.6 * kHyperSide}, displacement,
+                        0.25 * kHyperSide);
 }
 
 // Reference: SolidModel, another formulation and another solver, converged. A deep oblique press, a
@@ -134,17 +136,18 @@ TEST(FemModel, AnswersAsTheGeneralModelDoesByEveryLaw) {
                                    {8, Law::kCorotational},
                                    {8, Law::kNeoHookean},
                                    {16, Law::kNeoHookean}}) {
-    const SolidMesh mesh = Block(cells);
-    FemModel model(mesh, OnFloor(mesh), Organ(1e-9, law));
+    const SolidMesh mesh = TwoModulusBlock(cells);
+    FemModel model(mesh, FixedAtZero(mesh), Organ(1e-9, law));
     SolidModel::Params params{.options = Organ(1e-9, law).options,
                               .young_modulus = 6000,
                               .poisson_ratio = kPoissonRatio,
                               .range = 1};
-    SolidModel reference(mesh, OnFloor(mesh), params);
+    SolidModel reference(mesh, FixedAtZero(mesh), params);
     const std::vector<Contact> contacts{
-        Disc(0.3, 0.4, {0.002, 0.001, -0.01}),
-        contacts::Move({0.8 * kSide, 0.7 * kSide, 0.6 * kSide}, {0, 0, -0.001}),
-        contacts::Push({kSide, 0.5 * kSide, 0.3 * kSide}, {0.02, 0, 0}, 0.25 * kSide)};
+        DiscContact(0.3, 0.4, {0.002, 0.001, -0.01}),
+        contacts::Move({0.8 * kHyperSide, 0.7 * kHyperSide, 0.6 * kHyperSide}, {0, 0, -0.001}),
+        contacts::Push({kHyperSide, 0.5 * kHyperSide, 0.3 * kHyperSide}, {0.02, 0, 0},
+                       0.25 * kHyperSide)};
     const auto answers = contacts::Respond(model, contacts);
     const auto expected = contacts::Respond(reference, contacts);
     for (std::size_t k = 0; k < contacts.size(); ++k) {
@@ -158,7 +161,7 @@ TEST(FemModel, AnswersAsTheGeneralModelDoesByEveryLaw) {
       ASSERT_EQ(answers[k].moment_O.has_value(), expected[k].moment_O.has_value());
       if (!expected[k].moment_O) continue;
       EXPECT_LT((*answers[k].moment_O - *expected[k].moment_O).norm(),
-                1e-6 * expected[0].force_O.norm() * kSide);
+                1e-6 * expected[0].force_O.norm() * kHyperSide);
     }
   }
 }
@@ -169,15 +172,16 @@ TEST(FemModel, AnswersAsTheGeneralModelDoesByEveryLaw) {
 // converged force is within twice the estimate in 95 % of the cases (the required bound), and the
 // median ratio of both is near one.
 TEST(NeoHookeanModel, OneStepPerQueryFollowsContactsThatMove) {
-  const SolidMesh mesh = Block(14);
-  FemModel model(mesh, OnFloor(mesh), Organ(5e-2)), converged(mesh, OnFloor(mesh), Organ(1e-9));
+  const SolidMesh mesh = TwoModulusBlock(14);
+  FemModel model(mesh, FixedAtZero(mesh), Organ(5e-2)),
+      converged(mesh, FixedAtZero(mesh), Organ(1e-9));
   int steps = 0, within = 0;
   std::vector<double> ratios;  // of estimate and true difference
   constexpr int kQueries = 40;
   for (int k = 1; k <= kQueries; ++k) {
     const double depth = std::min(0.006, 0.001 * k), turn = 0.3 * std::max(0, k - 6);
     const Eigen::Vector3d moved(0.003 * std::sin(turn), 0.003 * (1 - std::cos(turn)), -depth);
-    const std::vector<Contact> contacts{Disc(0.3, 0.3, moved), Disc(0.7, 0.7, moved)};
+    const std::vector<Contact> contacts{DiscContact(0.3, 0.3, moved), DiscContact(0.7, 0.7, moved)};
     const auto answers = contacts::Respond(model, contacts);
     const auto expected = contacts::Respond(converged, contacts);
     steps += model.newton_steps();
@@ -202,17 +206,17 @@ TEST(NeoHookeanModel, OneStepPerQueryFollowsContactsThatMove) {
 // the time, and one more for the body's return, within 1 % of the converged answer (the required
 // bound). With a prediction from the release, the two queries after it would need 5 and 3 steps.
 TEST(NeoHookeanModel, AContactThatIsLiftedOffSpoilsNoPrediction) {
-  const SolidMesh mesh = Block(14);
-  FemModel model(mesh, OnFloor(mesh), Organ(5e-2)), alone(mesh, OnFloor(mesh), Organ(5e-2)),
-      converged(mesh, OnFloor(mesh), Organ(1e-9));
+  const SolidMesh mesh = TwoModulusBlock(14);
+  FemModel model(mesh, FixedAtZero(mesh), Organ(5e-2)), alone(mesh, FixedAtZero(mesh), Organ(5e-2)),
+      converged(mesh, FixedAtZero(mesh), Organ(1e-9));
   constexpr int kLast = 8, kQueries = 12;  // the second contact's last query
   int steps = 0, expected_steps = 0;
   for (int k = 1; k <= kQueries; ++k) {
     const double depth = std::min(0.006, 0.001 * k), turn = 0.3 * std::max(0, k - 6);
     const Eigen::Vector3d moved(0.003 * std::sin(turn), 0.003 * (1 - std::cos(turn)), -depth);
-    std::vector<Contact> contacts{Disc(0.3, 0.3, moved)};
+    std::vector<Contact> contacts{DiscContact(0.3, 0.3, moved)};
     contacts::Respond(alone, contacts);
-    if (k <= kLast) contacts.push_back(Disc(0.7, 0.7, moved));
+    if (k <= kLast) contacts.push_back(DiscContact(0.7, 0.7, moved));
     const auto answer = contacts::Respond(model, contacts).front();
     if (k <= kLast + 1) continue;
     const auto expected = contacts::Respond(converged, contacts).front();
@@ -227,11 +231,11 @@ TEST(NeoHookeanModel, AContactThatIsLiftedOffSpoilsNoPrediction) {
 // Law: a deadline ends the search after the current step and flags the answer; without a deadline
 // the next query finds the converged one.
 TEST(NeoHookeanModel, ADeadlineEndsTheStepsAndFlagsTheAnswer) {
-  const SolidMesh mesh = Block(14);
+  const SolidMesh mesh = TwoModulusBlock(14);
   auto params = Organ(1e-8);
   params.deadline = 1e-6;
-  FemModel model(mesh, OnFloor(mesh), params), converged(mesh, OnFloor(mesh), Organ(1e-9));
-  const std::vector<Contact> contacts{Disc(0.5, 0.5, {0, 0, -0.004})};
+  FemModel model(mesh, FixedAtZero(mesh), params), converged(mesh, FixedAtZero(mesh), Organ(1e-9));
+  const std::vector<Contact> contacts{DiscContact(0.5, 0.5, {0, 0, -0.004})};
   const auto expected = contacts::Respond(converged, contacts).front();
   auto answer = contacts::Respond(model, contacts).front();
   EXPECT_EQ(answer.validity, Validity::kExtrapolated) << model.failure();
@@ -239,7 +243,7 @@ TEST(NeoHookeanModel, ADeadlineEndsTheStepsAndFlagsTheAnswer) {
   EXPECT_LE(model.newton_steps(), 1);
   auto patient = Organ(1e-8);
   patient.deadline = 60;
-  FemModel unhurried(mesh, OnFloor(mesh), patient);
+  FemModel unhurried(mesh, FixedAtZero(mesh), patient);
   answer = contacts::Respond(unhurried, contacts).front();
   EXPECT_EQ(answer.validity, Validity::kValid) << answer.flag_reason;
   EXPECT_LT((answer.force_O - expected.force_O).norm(), 1e-5 * expected.force_O.norm());
@@ -248,13 +252,13 @@ TEST(NeoHookeanModel, ADeadlineEndsTheStepsAndFlagsTheAnswer) {
 // Law: equal samples give equal digits on a driven clock, however slow the machine is.
 TEST(NeoHookeanModel, OnADrivenClockNoDeadlineEndsASearch) {
   const DrivenClock clock;
-  const SolidMesh mesh = Block(14);
+  const SolidMesh mesh = TwoModulusBlock(14);
   auto params = Organ(1e-8);
-  FemModel without(mesh, OnFloor(mesh), params);
+  FemModel without(mesh, FixedAtZero(mesh), params);
   params.deadline = 1e-6;
-  FemModel with(mesh, OnFloor(mesh), params);
+  FemModel with(mesh, FixedAtZero(mesh), params);
   for (const double depth : {0.002, 0.004}) {
-    const std::vector<Contact> contacts{Disc(0.5, 0.5, {0, 0, -depth})};
+    const std::vector<Contact> contacts{DiscContact(0.5, 0.5, {0, 0, -depth})};
     const auto answer = contacts::Respond(with, contacts).front();
     const auto expected = contacts::Respond(without, contacts).front();
     EXPECT_EQ(answer.validity, Validity::kValid) << answer.flag_reason;
@@ -266,12 +270,13 @@ TEST(NeoHookeanModel, OnADrivenClockNoDeadlineEndsASearch) {
 // at least one step of Newton's method. Reference: the converged model; one step from the predicted
 // motion neglects what is of second order in a millimetre's motion.
 TEST(NeoHookeanModel, TheShortestDeadlineFollowsAContactThatMoves) {
-  const SolidMesh mesh = Block(14);
+  const SolidMesh mesh = TwoModulusBlock(14);
   auto params = Organ(1e-8);
   params.deadline = 1e-6;
-  FemModel hurried(mesh, OnFloor(mesh), params), converged(mesh, OnFloor(mesh), Organ(1e-9));
+  FemModel hurried(mesh, FixedAtZero(mesh), params),
+      converged(mesh, FixedAtZero(mesh), Organ(1e-9));
   for (const double depth : {0.001, 0.002, 0.003, 0.004, 0.004, 0.003, 0.002}) {
-    const std::vector<Contact> contacts{Disc(0.5, 0.5, {0, 0, -depth})};
+    const std::vector<Contact> contacts{DiscContact(0.5, 0.5, {0, 0, -depth})};
     const auto answer = contacts::Respond(hurried, contacts).front();
     const auto expected = contacts::Respond(converged, contacts).front();
     EXPECT_LE(hurried.newton_steps(), 1);
@@ -283,14 +288,15 @@ TEST(NeoHookeanModel, TheShortestDeadlineFollowsAContactThatMoves) {
 // Law: the error estimate of a force belongs to the same answer, also if no step was made because
 // the tool rests, and if the deadline has passed.
 TEST(NeoHookeanModel, EveryAnswersErrorIsEstimated) {
-  const SolidMesh mesh = Block(14);
+  const SolidMesh mesh = TwoModulusBlock(14);
   const auto force_of = [](FemModel& model, double depth) {
-    return contacts::Respond(model, {Disc(0.5, 0.5, {0, 0, -depth})}).front();
+    return contacts::Respond(model, {DiscContact(0.5, 0.5, {0, 0, -depth})}).front();
   };
   auto hurried = Organ(5e-2);
   hurried.deadline = 1e-6;
   for (const FemModel::Params& params : {Organ(5e-2), hurried}) {
-    FemModel model(mesh, OnFloor(mesh), params), converged(mesh, OnFloor(mesh), Organ(1e-9));
+    FemModel model(mesh, FixedAtZero(mesh), params),
+        converged(mesh, FixedAtZero(mesh), Organ(1e-9));
     for (const double depth : {0.001, 0.002, 0.003, 0.003, 0.003}) {
       const auto answer = force_of(model, depth), expected = force_of(converged, depth);
       const double error = (answer.force_O - expected.force_O).norm();
@@ -306,8 +312,9 @@ TEST(NeoHookeanModel, EveryAnswersErrorIsEstimated) {
 // bound). No estimate is zero, and at most one in ten exceeds ten times its difference. The
 // estimate of another query would do so, since the differences range over three decades.
 TEST(NeoHookeanModel, AfterJumpsAnEstimateIsThatOfItsAnswer) {
-  const SolidMesh mesh = Block(14);
-  FemModel model(mesh, OnFloor(mesh), Organ(5e-2)), converged(mesh, OnFloor(mesh), Organ(1e-9));
+  const SolidMesh mesh = TwoModulusBlock(14);
+  FemModel model(mesh, FixedAtZero(mesh), Organ(5e-2)),
+      converged(mesh, FixedAtZero(mesh), Organ(1e-9));
   std::mt19937 random(7);
   std::uniform_real_distribution<double> depth(2e-4, 5e-3), aside(-2e-3, 2e-3);
   std::vector<Contact> contacts;
@@ -316,8 +323,8 @@ TEST(NeoHookeanModel, AfterJumpsAnEstimateIsThatOfItsAnswer) {
     if (k % 3 < 2) {            // otherwise the tools rest
       const int which = k % 4;  // both, the first, both, the second
       contacts.clear();
-      if (which != 3) contacts.push_back(Disc(0.3, 0.3, {aside(random), 0, -depth(random)}));
-      if (which != 1) contacts.push_back(Disc(0.7, 0.7, {0, aside(random), -depth(random)}));
+      if (which != 3) contacts.push_back(DiscContact(0.3, 0.3, {aside(random), 0, -depth(random)}));
+      if (which != 1) contacts.push_back(DiscContact(0.7, 0.7, {0, aside(random), -depth(random)}));
     }
     const auto answers = contacts::Respond(model, contacts);
     const auto expected = contacts::Respond(converged, contacts);
@@ -337,13 +344,14 @@ TEST(NeoHookeanModel, AfterJumpsAnEstimateIsThatOfItsAnswer) {
 // Law: a tool that returns to exactly zero displacement has no force; the residual force is small
 // relative to the earlier force.
 TEST(NeoHookeanModel, ReturningToExactlyZeroTakesFewSteps) {
-  const SolidMesh mesh = Block(14);
-  FemModel model(mesh, OnFloor(mesh), Organ(1e-6));
+  const SolidMesh mesh = TwoModulusBlock(14);
+  FemModel model(mesh, FixedAtZero(mesh), Organ(1e-6));
   double pressed = 0;
   for (const double depth : {0.001, 0.002, 0.003, 0.004}) {
-    pressed = contacts::Respond(model, {Disc(0.5, 0.5, {0, 0, -depth})}).front().force_O.norm();
+    pressed =
+        contacts::Respond(model, {DiscContact(0.5, 0.5, {0, 0, -depth})}).front().force_O.norm();
   }
-  const auto answer = contacts::Respond(model, {Disc(0.5, 0.5, {0, 0, 0})}).front();
+  const auto answer = contacts::Respond(model, {DiscContact(0.5, 0.5, {0, 0, 0})}).front();
   EXPECT_EQ(answer.validity, Validity::kValid) << answer.flag_reason;
   EXPECT_LT(answer.force_O.norm(), 1e-6 * pressed);
   EXPECT_LE(model.newton_steps(), 10);

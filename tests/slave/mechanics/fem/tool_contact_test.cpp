@@ -22,7 +22,7 @@ namespace {
 using Eigen::Vector3d;
 using Law = FemOptions::Law;
 
-constexpr double kModulus = 5000;  // [Pa]
+constexpr double kContactModulus = 5000;  // [Pa]
 const Tool kDisc{};
 const Tool kSphere{.shape = Tool::Shape::kRound, .radius = 0.02};
 
@@ -37,7 +37,7 @@ struct Slab {
 
 FemModel::Params Touched(const Tool& tool, ContactLaw contact, double friction, double nu,
                          Law law = Law::kNeoHookean, double residual = 1e-6) {
-  return {.material = {.young_modulus = kModulus, .poisson_ratio = nu},
+  return {.material = {.young_modulus = kContactModulus, .poisson_ratio = nu},
           .options = {.law = law, .residual = residual},
           .contact = contact,
           .friction = friction,
@@ -58,8 +58,8 @@ ContactResponse MoveTo(FemModel* model, Contact* contact, const Vector3d& displa
 }
 
 // Moves straight to `displacement` in steps.
-ContactResponse Press(FemModel* model, Contact* contact, const Vector3d& displacement,
-                      int steps = 4) {
+ContactResponse PressTool(FemModel* model, Contact* contact, const Vector3d& displacement,
+                          int steps = 4) {
   ContactResponse last;
   for (int k = 1; k <= steps; ++k) last = MoveTo(model, contact, displacement * k / steps);
   return last;
@@ -87,9 +87,9 @@ TEST_P(CoulombLimits, FromNoFrictionToABondedTool) {
   const Vector3d way(depth * std::tan(angle), 0, -depth);
   Contact contact{.p_O = {0.04, 0.04, 0.04}, .width = 0.024};
   FemModel model(slab.mesh, slab.held, Rough(kDisc, friction, nu));
-  const Vector3d force = Press(&model, &contact, way).force_O;
+  const Vector3d force = PressTool(&model, &contact, way).force_O;
   SolidModel::Params held{.options = {.law = Law::kNeoHookean, .residual = 1e-9},
-                          .young_modulus = kModulus,
+                          .young_modulus = kContactModulus,
                           .poisson_ratio = nu};
   SolidModel bonded(slab.mesh, slab.held, held);
   const Vector3d endless = contacts::Answer(bonded, contact).force_O;
@@ -101,7 +101,7 @@ TEST_P(CoulombLimits, FromNoFrictionToABondedTool) {
   if (friction >= 50) EXPECT_LT((force - endless).norm(), 2e-3 * endless.norm());
   if (friction > 0.001) return;
   FemModel smooth(slab.mesh, slab.held, Rough(kDisc, 0, nu));
-  const Vector3d none = Press(&smooth, &contact, way).force_O;
+  const Vector3d none = PressTool(&smooth, &contact, way).force_O;
   EXPECT_LT(TangentialOf(none), 1e-6 * none.norm());
   EXPECT_LT((force - none).norm(), 2 * friction * none.norm());
 }
@@ -217,7 +217,7 @@ TEST(Shapes, OrderEachOtherByEveryLaw) {
     const auto press = [&](const Tool& tool, double width) -> Vector3d {
       FemModel model(slab.mesh, slab.held, Rough(tool, 0, 0.3, law));
       contact.width = width;
-      return Press(&model, &contact, {0, 0, -0.001}).force_O;
+      return PressTool(&model, &contact, {0, 0, -0.001}).force_O;
     };
     const Vector3d sphere = press(kSphere, 0), long_one = press(capsule, 0);
     EXPECT_GT(-long_one.z(), -1.2 * sphere.z());
@@ -281,7 +281,7 @@ TEST(ToolContact, SlidesWithoutAllocating) {
   const Slab slab(12);
   FemModel model(slab.mesh, slab.held, Rough(kSphere, 0.3, 0.4));
   Contact contact{.p_O = {0.04, 0.04, 0.04}};
-  Press(&model, &contact, {0, 0, -0.002});
+  PressTool(&model, &contact, {0, 0, -0.002});
   const auto before = AllocationCount();
   for (int k = 1; k <= 20; ++k) MoveTo(&model, &contact, {5e-4 * k, 0, -0.002});
   EXPECT_EQ(AllocationCount(), before);

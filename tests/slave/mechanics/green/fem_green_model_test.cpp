@@ -175,7 +175,7 @@ TEST(FemGreenModel, RefusesWhatCannotBeModelled) {
   EXPECT_THAT(refusal([](Body* body) { body->held.pop_back(); }), HasSubstr("fixed nodes"));
 }
 
-Body Cube(int cells, double nu) {
+Body GreenCube(int cells, double nu) {
   return Standing(MeshBox({1, 1, 1}, {cells, cells, cells}), 2, 1, nu);
 }
 
@@ -183,7 +183,7 @@ Body Cube(int cells, double nu) {
 TEST(FemGreenLimits, LockingIsFlagged) {
   for (const Element element : {Element::kTet4, Element::kTet10}) {
     for (const double nu : {0.489, 0.49, 0.499}) {
-      FemGreenModel model = ModelOf(Cube(2, nu), {.element = element});
+      FemGreenModel model = ModelOf(GreenCube(2, nu), {.element = element});
       const ContactResponse answer = Answer(model, Move({1, 1, 1}, {0, 0, -1e-3}));
       const bool locks = element == Element::kTet4 && nu >= 0.49;
       EXPECT_EQ(answer.validity, locks ? Validity::kExtrapolated : Validity::kValid) << nu;
@@ -195,12 +195,12 @@ TEST(FemGreenLimits, LockingIsFlagged) {
 // one is fixed.
 TEST(FemGreenTenNodes, ForceOnAPressedCubeIsThatOfAFineMesh) {
   for (const double nu : {0.3, 0.49, 0.499, 0.5}) {
-    FemGreenModel model = ModelOf(Cube(4, nu), {.element = Element::kTet10});
+    FemGreenModel model = ModelOf(GreenCube(4, nu), {.element = Element::kTet10});
     SolidModel::Params params{
         .options = {.element = Element::kTet10, .law = FemOptions::Law::kLinear},
         .young_modulus = 1,
         .poisson_ratio = nu};
-    const Body of_half_edges = Cube(8, nu);
+    const Body of_half_edges = GreenCube(8, nu);
     SolidModel fine(of_half_edges.mesh, of_half_edges.held, params);
     const Contact press = Move({0.5, 0.5, 1}, {0, 0, -1e-3}, 3);
     const ContactResponse is = Answer(model, press), should = Answer(fine, press);

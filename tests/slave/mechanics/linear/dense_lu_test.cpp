@@ -15,7 +15,7 @@ namespace {
 
 using Eigen::MatrixXd;
 
-constexpr int kWidth = DenseLu::kWidth;
+constexpr int kBlockWidth = DenseLu::kWidth;
 
 // Returns a matrix without a dominant diagonal, so that row swaps are needed everywhere.
 MatrixXd RandomMatrix(int order) {
@@ -45,7 +45,8 @@ MatrixXd Solved(const MatrixXd& A, MatrixXd B) {
 // Reference: the residual of partial pivoting is some n eps, and Eigen's own LU; orders on both
 // sides of the width of blocks. Tolerance of the second: conditions are below 1e5.
 TEST(DenseLu, SolutionsLeaveNoResidual) {
-  for (const int order : {1, 7, 100, kWidth - 1, kWidth, kWidth + 1, 2 * kWidth + 40}) {
+  for (const int order :
+       {1, 7, 100, kBlockWidth - 1, kBlockWidth, kBlockWidth + 1, 2 * kBlockWidth + 40}) {
     const MatrixXd A = RandomMatrix(order);
     const MatrixXd B = MatrixXd::Random(order, 5);
     const MatrixXd X = Solved(A, B);
@@ -58,7 +59,7 @@ TEST(DenseLu, SolutionsLeaveNoResidual) {
 // Reference: the inverse. The estimate never exceeds the condition and is mostly within a factor
 // of three; up to a condition of 1e10 the inverse has the digits for that.
 TEST(DenseLu, ConditionIsThatOfTheInverse) {
-  for (const int order : {5, 150, kWidth + 44}) {
+  for (const int order : {5, 150, kBlockWidth + 44}) {
     for (const double smallest : {1.0, 1e-4, 1e-9}) {
       MatrixXd A = RandomMatrix(order);
       A.row(order / 2) = A.row(0) + smallest * A.row(order / 2);
@@ -72,14 +73,14 @@ TEST(DenseLu, ConditionIsThatOfTheInverse) {
 }
 
 TEST(DenseLu, RefusesSingularAndInfiniteSystems) {
-  MatrixXd A = RandomMatrix(kWidth + 50);
-  A.col(kWidth + 10).setZero();
+  MatrixXd A = RandomMatrix(kBlockWidth + 50);
+  A.col(kBlockWidth + 10).setZero();
   DenseLu lu(A);
   EXPECT_TRUE(lu.FactorizeNext());
   EXPECT_FALSE(lu.FactorizeNext());
   DenseLu zero(MatrixXd::Zero(3, 3));
   EXPECT_FALSE(zero.FactorizeNext());
-  const int order = kWidth + 50;
+  const int order = kBlockWidth + 50;
   for (const double bad : {std::nan(""), std::numeric_limits<double>::infinity()}) {
     for (const int row : {0, 100, order - 1}) {
       for (const int column : {0, 100, order - 1}) {
@@ -94,7 +95,7 @@ TEST(DenseLu, RefusesSingularAndInfiniteSystems) {
 
 // Models are made on separate threads. Reference: one thread, bit for bit.
 TEST(DenseLu, ThreadsDoNotDisturbEachOther) {
-  const MatrixXd A = RandomMatrix(kWidth + 100);
+  const MatrixXd A = RandomMatrix(kBlockWidth + 100);
   const MatrixXd B = MatrixXd::Identity(A.rows(), A.cols());
   const MatrixXd expected = Solved(A, B);
   std::vector<MatrixXd> solved(4);

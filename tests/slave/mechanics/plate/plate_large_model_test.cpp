@@ -25,14 +25,14 @@ using plates::Moved;
 using reference::json;
 using testing::HasSubstr;
 
-const PlateLargeModel::Params kRubber{
+const PlateLargeModel::Params kLargeRubber{
     .radius = 0.039, .thickness = 0.001, .young_modulus = 27.2e6, .poisson_ratio = 0.45};
 // A plate whose unit of force, E t^4 / a^2, is 1 N. The unit of deflection is the thickness.
-constexpr double kRadius = 1, kThickness = 0.01, kModulus = 1e8;
-PlateLargeModel::Params Unit(double nu, int order = 12) {
-  return {.radius = kRadius,
-          .thickness = kThickness,
-          .young_modulus = kModulus,
+constexpr double kUnitRadius = 1, kUnitThickness = 0.01, kUnitModulus = 1e8;
+PlateLargeModel::Params UnitPlate(double nu, int order = 12) {
+  return {.radius = kUnitRadius,
+          .thickness = kUnitThickness,
+          .young_modulus = kUnitModulus,
           .poisson_ratio = nu,
           .order = order};
 }
@@ -66,10 +66,10 @@ TEST(PlateLargeModel, EccentricLoadsAgreeWithAnotherFormulation) {
     const double coarse = plate::RitzDeflection(nu, p, R, F, 10);
     const double fine = plate::RitzDeflection(nu, p, R, F, 12);
     for (const int order : {12, 20}) {
-      PlateLargeModel model(Unit(nu, order));
+      PlateLargeModel model(UnitPlate(nu, order));
       const auto r = Respond(model, {Loaded({p, 0}, F, 2 * R)})[0];
       ASSERT_NE(r.validity, Validity::kFailed) << model.failure();
-      const double w = -r.displacement_O.z() / kThickness;
+      const double w = -r.displacement_O.z() / kUnitThickness;
       EXPECT_GT(w, 1.2);
       EXPECT_NEAR(w / fine, 1, std::abs(coarse / fine - 1) + 1e-3) << nu << " " << order;
     }
@@ -80,12 +80,12 @@ TEST(PlateLargeModel, EccentricLoadsAgreeWithAnotherFormulation) {
 // Reference: the highest order computed. The header states the error of order 12 relative to it:
 // 0.7 % within half the radius up to ten thicknesses, 1 % at 0.8 of the radius at one thickness.
 TEST(PlateLargeModel, EccentricForcesConvergeWithTheOrder) {
-  PlateLargeModel model(Unit(0.45, 12)), finest(Unit(0.45, 24));
+  PlateLargeModel model(UnitPlate(0.45, 12)), finest(UnitPlate(0.45, 24));
   for (const double p : {0.2, 0.5, 0.8}) {
     for (const double R : {0.0, 0.05, 0.13}) {
       for (const double w : {1.0, 5.0, 10.0}) {
         if (w > 20 * (1 - p * p) * (1 - p * p)) continue;  // outside its range
-        const Contact press = Moved({0, p}, w * kThickness, 2 * R);
+        const Contact press = Moved({0, p}, w * kUnitThickness, 2 * R);
         const auto is = Answer(model, press), should = Answer(finest, press);
         ASSERT_NE(is.validity, Validity::kFailed) << model.failure();
         ASSERT_NE(should.validity, Validity::kFailed) << finest.failure();
@@ -99,12 +99,12 @@ TEST(PlateLargeModel, EccentricForcesConvergeWithTheOrder) {
 // Reference: the press at the centre, which is solved without modes: the answer must be continuous
 // there.
 TEST(PlateLargeModel, ThePressAtTheCentreContinuesThatBesideIt) {
-  PlateLargeModel model(Unit(0.45));
+  PlateLargeModel model(UnitPlate(0.45));
   for (const double R : {0.0, 0.05}) {
     for (const double w : {1.0, 10.0, 50.0}) {
-      const double at = Respond(model, {Moved({0, 0}, w * kThickness, 2 * R)})[0].force_O.z();
+      const double at = Respond(model, {Moved({0, 0}, w * kUnitThickness, 2 * R)})[0].force_O.z();
       const double beside =
-          Respond(model, {Moved({1e-6, 0}, w * kThickness, 2 * R)})[0].force_O.z();
+          Respond(model, {Moved({1e-6, 0}, w * kUnitThickness, 2 * R)})[0].force_O.z();
       EXPECT_NEAR(beside / at, 1, 1e-5) << R << " " << w;
     }
   }
@@ -114,8 +114,8 @@ TEST(PlateLargeModel, ThePressAtTheCentreContinuesThatBesideIt) {
 TEST(PlateLargeModel, IsTheLinearPlateAtSmallDeflection) {
   for (const double nu : {-0.9, 0.0, 0.5}) {
     for (const int order : {2, 12}) {
-      PlateLargeModel large(Unit(nu, order));
-      PlateModel linear({kRadius, kThickness, kModulus, nu});
+      PlateLargeModel large(UnitPlate(nu, order));
+      PlateModel linear({kUnitRadius, kUnitThickness, kUnitModulus, nu});
       const std::vector contacts = {Moved({0.5, 0.1}, 1e-8), Moved({-0.3, 0.4}, -2e-8, 0.1),
                                     Loaded({0.1, -0.6}, 3e-6, 0.2), Loaded({0.97, 0}, 1e-5)};
       Solution of_large, of_linear;
@@ -135,8 +135,8 @@ TEST(PlateLargeModel, IsTheLinearPlateAtSmallDeflection) {
 // Tolerance: 64 trapezoids per side, 1e-4 of the work of one side. The contacts are points, for
 // which force and deflection are conjugate.
 TEST(PlateLargeModel, AClosedPathTakesNoWork) {
-  PlateLargeModel model(Unit(0.3));
-  const double d = 3 * kThickness;
+  PlateLargeModel model(UnitPlate(0.3));
+  const double d = 3 * kUnitThickness;
   const std::array corners = {Vector2d(0, 0), Vector2d(d, 0), Vector2d(d, d), Vector2d(0, d)};
   double work = 0, first_side = 0;
   Vector2d before = Vector2d::Zero(), force_before = Vector2d::Zero();
@@ -155,7 +155,7 @@ TEST(PlateLargeModel, AClosedPathTakesNoWork) {
 }
 
 TEST(PlateLargeModel, TheShapePassesThroughWhatIsPrescribed) {
-  PlateLargeModel model(kRubber);
+  PlateLargeModel model(kLargeRubber);
   Solution solution;
   Respond(model, {Moved({0.01, 0.005}, 3e-3, 0.004)}, &solution);
   Respond(model, {Moved({0.02, 0.005}, 1e-3, 0.004)});  // other queries do not count
@@ -166,11 +166,11 @@ TEST(PlateLargeModel, TheShapePassesThroughWhatIsPrescribed) {
 }
 
 TEST(PlateLargeModel, SaysWhereItIsOutsideItsRange) {
-  PlateLargeModel model(kRubber);
+  PlateLargeModel model(kLargeRubber);
   EXPECT_EQ(Respond(model, {Moved({0, 0}, 5e-3)})[0].validity, Validity::kValid);
   EXPECT_EQ(Respond(model, {Moved({0.01, 0}, 5e-3)})[0].validity, Validity::kValid);
   EXPECT_EQ(Respond(model, {Moved({0, 0}, 0.0118)})[0].validity, Validity::kExtrapolated);  // 0.3 a
-  auto thin = kRubber;
+  auto thin = kLargeRubber;
   thin.thickness = 1e-4;
   PlateLargeModel membrane(thin);
   EXPECT_EQ(Respond(membrane, {Moved({0.01, 0}, 3e-3)})[0].validity,
@@ -179,7 +179,7 @@ TEST(PlateLargeModel, SaysWhereItIsOutsideItsRange) {
 }
 
 TEST(PlateLargeModel, FailsBeyondAThousandThicknessesAndRecovers) {
-  PlateLargeModel model(kRubber);
+  PlateLargeModel model(kLargeRubber);
   const double before = Respond(model, {Moved({0.01, 0}, 2e-3)})[0].force_O.z();
   EXPECT_EQ(Respond(model, {Moved({0.01, 0}, 2)})[0].validity, Validity::kFailed);
   EXPECT_THAT(std::string(model.failure()), HasSubstr("1000 thicknesses"));
@@ -190,7 +190,7 @@ TEST(PlateLargeModel, FailsBeyondAThousandThicknessesAndRecovers) {
 // from rest and after a large press alike. Below 1e-290 units and at subnormal numbers digits are
 // lost, and that is reported.
 TEST(PlateLargeModel, SmallLoadsAreAnsweredOrFlaggedAtEverySize) {
-  PlateLargeModel model(Unit(0.45));
+  PlateLargeModel model(UnitPlate(0.45));
   for (const bool moved : {false, true}) {
     for (const Vector2d& p : {Vector2d(0, 0), Vector2d(0.2, 0.1)}) {
       const auto press = [&](double value) { return moved ? Moved(p, value) : Loaded(p, value); };
@@ -201,7 +201,7 @@ TEST(PlateLargeModel, SmallLoadsAreAnsweredOrFlaggedAtEverySize) {
       for (double value = 1e-6; value > 0; value *= 1e-3) {
         for (const bool after_large : {false, true}) {
           model.Reset();
-          if (after_large) Respond(model, {press(moved ? kThickness : 10)});
+          if (after_large) Respond(model, {press(moved ? kUnitThickness : 10)});
           const ContactResponse r = Respond(model, {press(value)})[0];
           if (r.validity != Validity::kValid) {
             EXPECT_LT(value, 1e-285);
@@ -224,17 +224,17 @@ class Stopping final : public Progress {
 
 TEST(PlateLargeModel, CanBeInterruptedAndRefusesImpossibleParams) {
   Stopping stop;
-  EXPECT_THROW(PlateLargeModel(kRubber, &stop), Interrupted);
+  EXPECT_THROW(PlateLargeModel(kLargeRubber, &stop), Interrupted);
   const auto refusal = [](PlateLargeModel::Params params) -> std::string {
     return Thrown<std::invalid_argument>([&] { const PlateLargeModel refused(params); });
   };
-  auto params = kRubber;
+  auto params = kLargeRubber;
   params.order = 5;
   EXPECT_THAT(refusal(params), HasSubstr("order = 5"));
-  params = kRubber;
+  params = kLargeRubber;
   params.prestress = -1;
   EXPECT_THAT(refusal(params), HasSubstr("prestress = -1"));
-  params = kRubber;
+  params = kLargeRubber;
   params.thickness = 0.01;
   EXPECT_THAT(refusal(params), HasSubstr("radius / 10"));
 }

@@ -21,11 +21,11 @@ using plates::Loaded;
 using plates::Moved;
 using testing::HasSubstr;
 
-const PlateModel::Params kRubber{
+const PlateModel::Params kPlateRubber{
     .radius = 0.039, .thickness = 0.001, .young_modulus = 27.2e6, .poisson_ratio = 0.45};
 
 TEST(PlateModel, TheShapePassesThroughWhatIsPrescribed) {
-  PlateModel model(kRubber);
+  PlateModel model(kPlateRubber);
   Solution solution;
   const auto responses =
       Respond(model, {Moved({0.01, 0}, 2e-4, 0.004), Loaded({-0.02, 0.003}, 0.05)}, &solution);
@@ -35,7 +35,7 @@ TEST(PlateModel, TheShapePassesThroughWhatIsPrescribed) {
               1e-12);
   std::vector<Eigen::Vector3d> field;
   model.Displacements(solution, &field);
-  const auto grid = MembraneGrid(kRubber.radius);
+  const auto grid = MembraneGrid(kPlateRubber.radius);
   ASSERT_EQ(field.size(), grid.nodes.size());
   EXPECT_NEAR(field[100].z() / model.Displacement(solution, grid.nodes[100].head<2>()), 1, 1e-12);
   EXPECT_EQ(field.back(), Eigen::Vector3d::Zero());
@@ -44,7 +44,7 @@ TEST(PlateModel, TheShapePassesThroughWhatIsPrescribed) {
 // Reference: the difference of two answers, exact for a linear plate. The two moved contacts are of
 // different stiffness.
 TEST(PlateModel, StiffnessBesideMovedContactsIsTheDerivative) {
-  PlateModel model(kRubber);
+  PlateModel model(kPlateRubber);
   const auto answer = [&](double force) {
     return Respond(model, {Loaded({0.01, 0}, force), Moved({-0.01, 0.004}, 1e-4),
                            Moved({0.03, -0.01}, 1e-4)})[0];
@@ -69,7 +69,7 @@ TEST(MembraneGrid, CoversTheDiscOnce) {
 }
 
 TEST(PlateModel, FailsWithItsReasonAndRecovers) {
-  PlateModel model(kRubber);
+  PlateModel model(kPlateRubber);
   Solution solution;
   const std::vector near = {Moved({0, 0}, 1e-4), Moved({1e-8, 0}, 2e-4)};
   EXPECT_EQ(Respond(model, near, &solution)[0].validity, Validity::kFailed);
@@ -84,7 +84,7 @@ TEST(PlateModel, FailsWithItsReasonAndRecovers) {
 
 // Paper C: deflections up to half the thickness. The range is relative to the diameter.
 TEST(PlateModel, ItsRangeIsHalfTheThickness) {
-  EXPECT_NEAR(PlateModel(kRubber).info().range, 0.5 * 0.001 / 0.078, 1e-15);
+  EXPECT_NEAR(PlateModel(kPlateRubber).info().range, 0.5 * 0.001 / 0.078, 1e-15);
 }
 
 TEST(PlateModel, RefusesImpossibleParams) {

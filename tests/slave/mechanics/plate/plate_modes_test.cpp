@@ -15,10 +15,10 @@ namespace {
 using Eigen::Vector2d;
 using Eigen::VectorXd;
 
-constexpr double kNu = 0.45;
-constexpr double kD = 1 / (12 * (1 - kNu * kNu));
+constexpr double kModesNu = 0.45;
+constexpr double kD = 1 / (12 * (1 - kModesNu * kModesNu));
 
-VectorXd At(const PlateModes& modes, const Vector2d& x) {
+VectorXd ModesAt(const PlateModes& modes, const Vector2d& x) {
   VectorXd values(modes.deflections(Symmetry::kNone));
   modes.Evaluate(x, values);
   return values;
@@ -31,15 +31,15 @@ TEST(PlateModes, AddUpToTheGreensFunction) {
   const Vector2d p(0.4, 0.3);
   double before = 1;
   for (const int order : {6, 12, 24}) {
-    const VectorXd f = At(PlateModes(order, kNu), p);
+    const VectorXd f = ModesAt(PlateModes(order, kModesNu), p);
     const double rest = Deflection(p, p) - f.squaredNorm();
     EXPECT_GT(rest, 0);
     EXPECT_LT(rest, before / 2.5);
     before = rest;
   }
-  const PlateModes modes(24, kNu);
+  const PlateModes modes(24, kModesNu);
   const Vector2d x(-0.5, 0.2);
-  EXPECT_NEAR(At(modes, p).dot(At(modes, x)) / Deflection(p, x), 1, 3e-4);
+  EXPECT_NEAR(ModesAt(modes, p).dot(ModesAt(modes, x)) / Deflection(p, x), 1, 3e-4);
 }
 
 double ModalForce(const PlateModes& modes, const Vector2d& place, double R, double w,
@@ -54,11 +54,11 @@ double ModalForce(const PlateModes& modes, const Vector2d& place, double R, doub
 // Reference: round_press.h, which uses no modes. If no edge of the load lies inside the plate, the
 // error falls faster than any power of the order.
 TEST(PlateModes, ALoadAllOverConvergesSpectrally) {
-  RoundPress exact(kNu, 1);
+  RoundPress exact(kModesNu, 1);
   ASSERT_TRUE(exact.SolveDeflection(3));
   double before = 1;
   for (const int order : {4, 8, 16}) {
-    const PlateModes modes(order, kNu);
+    const PlateModes modes(order, kModesNu);
     const double error =
         std::abs(ModalForce(modes, {0, 0}, 1, 3, Symmetry::kMirror) / exact.force() - 1);
     EXPECT_LT(error, before / 10) << order;
@@ -70,7 +70,7 @@ TEST(PlateModes, ALoadAllOverConvergesSpectrally) {
 // Reference: rotating the plate changes nothing. Off the x axis all modes contribute, sines and
 // cosines.
 TEST(PlateModes, EveryDirectionIsEquivalent) {
-  const PlateModes modes(10, kNu);
+  const PlateModes modes(10, kModesNu);
   const double on_axis = ModalForce(modes, {0.5, 0}, 0.1, 4, Symmetry::kMirror);
   for (const double angle : {0.0, 0.7, 2.0, 4.0}) {
     const Vector2d place = 0.5 * Vector2d(std::cos(angle), std::sin(angle));

@@ -14,12 +14,11 @@
 namespace palpate::plate {
 namespace {
 
-using Eigen::Index;
 using Eigen::Vector2d;
 using plates::Loaded;
 using plates::Moved;
 
-constexpr double kRadius = 0.04, kThickness = 5e-4, kYoung = 1e6, kPoisson = 0.45;
+constexpr double kPlateRadius = 0.04, kPlateThickness = 5e-4, kYoung = 1e6, kPoisson = 0.45;
 
 Contact Rigid(Contact contact) {
   contact.is_rigid = true;
@@ -27,17 +26,17 @@ Contact Rigid(Contact contact) {
 }
 
 double Rigidity() {
-  return kYoung * std::pow(kThickness, 3) / 12 / (1 - kPoisson * kPoisson);
+  return kYoung * std::pow(kPlateThickness, 3) / 12 / (1 - kPoisson * kPoisson);
 }
 
 // Places of a face on a plate, their compliance by the Green's function.
 struct OnPlate {
   explicit OnPlate(const Disc& disc) {
     AppendPlaces(disc, Face::kRigid, true, &places);
-    const auto count = static_cast<Index>(places.size());
+    const auto count = static_cast<Eigen::Index>(places.size());
     compliance.resize(count, count);
-    for (Index i = 0; i < count; ++i) {
-      for (Index j = 0; j < count; ++j) {
+    for (Eigen::Index i = 0; i < count; ++i) {
+      for (Eigen::Index j = 0; j < count; ++j) {
         compliance(i, j) = Deflection(places[static_cast<std::size_t>(j)],
                                       places[static_cast<std::size_t>(i)].disc.centre);
       }
@@ -90,18 +89,18 @@ TEST(PressedPlaces, ALoadIsTheInverseOfADepth) {
 // Reference: a clamped plate under a ring of radius b about its centre, on the ring (Timoshenko and
 // Woinowsky-Krieger, art. 17): w = F a^2 / (8 pi D) (2 b^2 ln b + (1 - b^4) / 2).
 TEST(PressedPlaces, AtTheCentreARigidFacePressesWithARing) {
-  PlateModel small({kRadius, kThickness, kYoung, kPoisson});
-  PlateLargeModel large({.radius = kRadius,
-                         .thickness = kThickness,
+  PlateModel small({kPlateRadius, kPlateThickness, kYoung, kPoisson});
+  PlateLargeModel large({.radius = kPlateRadius,
+                         .thickness = kPlateThickness,
                          .young_modulus = kYoung,
                          .poisson_ratio = kPoisson});
   for (const double b : {0.02, 0.1, 0.3, 0.6}) {
-    const double depth = 1e-4 * kThickness;
-    const double ring = 8 * std::numbers::pi * Rigidity() / (kRadius * kRadius) /
+    const double depth = 1e-4 * kPlateThickness;
+    const double ring = 8 * std::numbers::pi * Rigidity() / (kPlateRadius * kPlateRadius) /
                         (2 * b * b * std::log(b) + (1 - std::pow(b, 4)) / 2);
     for (DeformationModel* plate :
          {static_cast<DeformationModel*>(&small), static_cast<DeformationModel*>(&large)}) {
-      const Contact press = Rigid(Moved({0, 0}, depth, 2 * b * kRadius));
+      const Contact press = Rigid(Moved({0, 0}, depth, 2 * b * kPlateRadius));
       const auto response = contacts::Answer(*plate, press);
       EXPECT_NEAR(-response.force_O.z() / depth / ring, 1, 2e-3) << b;
       EXPECT_NEAR(response.stiffness_O(2, 2) / ring, 1, 2e-3) << b;
@@ -113,11 +112,11 @@ TEST(PressedPlaces, AtTheCentreARigidFacePressesWithARing) {
 // tools that are not in line have no common mirror plane), the answer is the same. A press very
 // near the centre gives the answer at the centre.
 TEST(PressedPlaces, TheAnswerDoesNotDependOnDirectionOrSymmetry) {
-  PlateLargeModel plate({.radius = kRadius,
-                         .thickness = kThickness,
+  PlateLargeModel plate({.radius = kPlateRadius,
+                         .thickness = kPlateThickness,
                          .young_modulus = kYoung,
                          .poisson_ratio = kPoisson});
-  const double depth = 2 * kThickness, width = 0.2 * kRadius;
+  const double depth = 2 * kPlateThickness, width = 0.2 * kPlateRadius;
   const auto force = [&](const std::vector<Contact>& contacts) {
     plate.Reset();
     return contacts::Respond(plate, contacts).front().force_O.z();
@@ -134,32 +133,33 @@ TEST(PressedPlaces, TheAnswerDoesNotDependOnDirectionOrSymmetry) {
 
 // Law: the stiffness is the derivative of the force, the force under a load the load itself.
 TEST(PressedPlaces, StiffnessIsTheDerivativeOnTheStretchedPlate) {
-  PlateLargeModel plate({.radius = kRadius,
-                         .thickness = kThickness,
+  PlateLargeModel plate({.radius = kPlateRadius,
+                         .thickness = kPlateThickness,
                          .young_modulus = kYoung,
                          .poisson_ratio = kPoisson});
   for (const double place : {0.0, 0.3, 0.6}) {
     for (const double depth : {0.3, 2.0, 4.0}) {
       const auto at = [&](double w) {
-        return contacts::Answer(plate,
-                                Rigid(Moved({place * kRadius, 0}, w * kThickness, 0.3 * kRadius)));
+        return contacts::Answer(plate, Rigid(Moved({place * kPlateRadius, 0}, w * kPlateThickness,
+                                                   0.3 * kPlateRadius)));
       };
       const double step = 1e-4;
-      const double slope =
-          (at(depth - step).force_O.z() - at(depth + step).force_O.z()) / (2 * step * kThickness);
+      const double slope = (at(depth - step).force_O.z() - at(depth + step).force_O.z()) /
+                           (2 * step * kPlateThickness);
       const auto response = at(depth);
       EXPECT_NEAR(response.stiffness_O(2, 2) / slope, 1, 1e-3) << place << ' ' << depth;
       const auto back = contacts::Answer(
-          plate, Rigid(Loaded({place * kRadius, 0}, -response.force_O.z(), 0.3 * kRadius)));
-      EXPECT_NEAR(back.displacement_O.z() / (-depth * kThickness), 1, 1e-6);
+          plate,
+          Rigid(Loaded({place * kPlateRadius, 0}, -response.force_O.z(), 0.3 * kPlateRadius)));
+      EXPECT_NEAR(back.displacement_O.z() / (-depth * kPlateThickness), 1, 1e-6);
     }
   }
 }
 
 // A face without a load has no forces and moves with the plate.
 TEST(PressedPlaces, AFaceWithoutALoadDoesNothing) {
-  PlateLargeModel plate({.radius = kRadius,
-                         .thickness = kThickness,
+  PlateLargeModel plate({.radius = kPlateRadius,
+                         .thickness = kPlateThickness,
                          .young_modulus = kYoung,
                          .poisson_ratio = kPoisson});
   const auto response = contacts::Answer(plate, Rigid(Loaded({0.01, 0}, 0, 0.004)));

@@ -11,7 +11,6 @@
 namespace palpate::plate {
 namespace {
 
-using Eigen::Index;
 using Eigen::Matrix3d;
 using Eigen::MatrixXd;
 using Eigen::Vector3d;
@@ -62,10 +61,10 @@ double RitzDeflection(double nu, double place, double load_radius, double force,
   const auto w_basis = Polynomials(2, degree, 0);
   const auto u_basis = Polynomials(1, degree + 4, 0);
   const auto v_basis = Polynomials(1, degree + 4, 1);
-  const auto nw = static_cast<Index>(w_basis.size());
-  const auto nu_count = static_cast<Index>(u_basis.size());
-  const Index first_v = nw + nu_count;
-  const Index count = first_v + static_cast<Index>(v_basis.size());
+  const auto nw = static_cast<Eigen::Index>(w_basis.size());
+  const auto nu_count = static_cast<Eigen::Index>(u_basis.size());
+  const Eigen::Index first_v = nw + nu_count;
+  const Eigen::Index count = first_v + static_cast<Eigen::Index>(v_basis.size());
   const double D = 1 / (12 * (1 - nu * nu));
   Matrix3d C;
   C << 1, nu, 0, nu, 1, 0, 0, 0, (1 - nu) / 2;
@@ -75,10 +74,10 @@ double RitzDeflection(double nu, double place, double load_radius, double force,
   Gauss(degree + 8, &r_points, &r_weights);
   const int angles = 2 * degree + 12;  // on the upper half: the rest is its mirror image
   VectorXd load = VectorXd::Zero(count), at = VectorXd::Zero(count);
-  for (Index m = 0; m < nw; ++m) {
+  for (Eigen::Index m = 0; m < nw; ++m) {
     const auto& f = w_basis[static_cast<std::size_t>(m)];
     at[m] = f.At(place, 0).f;
-    for (Index q = 0; q < r_points.size(); ++q) {
+    for (Eigen::Index q = 0; q < r_points.size(); ++q) {
       const double r = load_radius * std::sqrt(r_points[q]);
       for (int k = 0; k < angles; ++k) {
         const double angle = 2 * std::numbers::pi * (k + 0.5) / angles;
@@ -92,19 +91,19 @@ double RitzDeflection(double nu, double place, double load_radius, double force,
     MatrixXd tangent = MatrixXd::Zero(count, count);
     MatrixXd B(3, count), slopes(2, nw);
     VectorXd laplacian(nw);
-    for (Index q = 0; q < r_points.size(); ++q) {
+    for (Eigen::Index q = 0; q < r_points.size(); ++q) {
       for (int k = 0; k < angles; ++k) {
         const double r = r_points[q], angle = std::numbers::pi * (k + 0.5) / angles;
         const double weight = r_weights[q] * r * 2 * std::numbers::pi / angles;
         const double x = r * std::cos(angle), y = r * std::sin(angle);
         B.setZero();
-        for (Index m = 0; m < nw; ++m) {
+        for (Eigen::Index m = 0; m < nw; ++m) {
           const auto f = w_basis[static_cast<std::size_t>(m)].At(x, y);
           slopes(0, m) = f.x;
           slopes(1, m) = f.y;
           laplacian[m] = f.laplacian;
         }
-        for (Index m = nw; m < count; ++m) {
+        for (Eigen::Index m = nw; m < count; ++m) {
           const bool is_u = m < first_v;
           const auto& g = is_u ? u_basis[static_cast<std::size_t>(m - nw)]
                                : v_basis[static_cast<std::size_t>(m - first_v)];

@@ -15,7 +15,7 @@ namespace {
 
 const std::vector<RelaxationTerm> kTissue{{0.3, 0.5}, {0.2, 5}};
 
-Wrench Unit(double value) {
+Wrench UnitWrench(double value) {
   Wrench force = Wrench::Zero();
   force[2] = value;
   return force;
@@ -42,7 +42,8 @@ TEST(PronySeries, RampsHoldsAndReturnsAreExactForStepsOfAnyLength) {
       const double t = k * step;
       const double elastic = rate * (std::min(t, top) - std::clamp(t - top, 0.0, top));
       const double expected = rate * (at(t) - 2 * at(t - top) + at(t - 2 * top));
-      EXPECT_NEAR(series.Advance(Unit(elastic), &memory)[2], expected, 1e-12) << step << " " << t;
+      EXPECT_NEAR(series.Advance(UnitWrench(elastic), &memory)[2], expected, 1e-12)
+          << step << " " << t;
     }
   }
 }
@@ -55,7 +56,7 @@ TEST(PronySeries, TheElasticForceOfALoadRelaxesToTheLoad) {
   double last = 0, left = 1;
   for (const auto& term : kTissue) left -= term.share;
   for (int k = 0; k < 2000; ++k) {
-    const Wrench elastic = series.ElasticFor(Unit(1), memory);
+    const Wrench elastic = series.ElasticFor(UnitWrench(1), memory);
     series.Advance(elastic, &memory);
     EXPECT_GT(elastic[2], last);
     last = elastic[2];

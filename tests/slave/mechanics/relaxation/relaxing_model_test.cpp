@@ -19,57 +19,58 @@ namespace {
 using contacts::Respond;
 using Eigen::Vector3d;
 
-const std::vector<RelaxationTerm> kTissue{{0.3, 0.5}, {0.2, 5}};
-constexpr double kStep = 0.05;  // [s]
+const std::vector<RelaxationTerm> kTissueTerms{{0.3, 0.5}, {0.2, 5}};
+constexpr double kRelaxationStep = 0.05;  // [s]
 
 Scene TissueScene() {
   Scene scene;
   scene.object.geometry = BoxGeometry{{0.04, 0.04, 0.02}, {6, 6, 3}};
   scene.object.material = {
-      .young_modulus = 20e3, .poisson_ratio = 0.45, .density = 0, .relaxation = kTissue};
+      .young_modulus = 20e3, .poisson_ratio = 0.45, .density = 0, .relaxation = kTissueTerms};
   scene.object.fixed = {{FixedPlane{2, 0}}};
   scene.object.regions = {{Ball{{0.02, 0.02, 0.01}, 0.006}, 100e3}};
   scene.model.kind = "fem-green";
   scene.model.range = 0.1;
-  scene.model.fem.step = kStep;
+  scene.model.fem.step = kRelaxationStep;
   return scene;
 }
 
-std::unique_ptr<DeformationModel> Make(const Scene& scene) {
+std::unique_ptr<DeformationModel> MakeRelaxing(const Scene& scene) {
   return MakeModel(scene, MeshObject(scene, std::nullopt));
 }
 std::unique_ptr<DeformationModel> MakeElastic(Scene scene) {
   scene.object.material.relaxation.clear();
-  return Make(scene);
+  return MakeRelaxing(scene);
 }
 
-Contact Push(const Vector3d& p_O, const Vector3d& by,
-             Contact::Kind kind = Contact::Kind::kDisplacement) {
+Contact PushBy(const Vector3d& p_O, const Vector3d& by,
+               Contact::Kind kind = Contact::Kind::kDisplacement) {
   return {.kind = kind, .p_O = p_O, .width = 0.012, .prescribed_O = by};
 }
 double Relaxed(double t) {
   double g = 1;
-  for (const auto& [share, time] : kTissue) g += share * std::expm1(-t / time);
+  for (const auto& [share, time] : kTissueTerms) g += share * std::expm1(-t / time);
   return g;
 }
 
-const std::vector<Contact> kPair{Push({0.014, 0.02, 0.02}, {0, 1e-4, -5e-4}),
-                                 Push({0.0333333, 0.02, 0.02}, {0, 0, -2e-4})};
+const std::vector<Contact> kPair{PushBy({0.014, 0.02, 0.02}, {0, 1e-4, -5e-4}),
+                                 PushBy({0.0333333, 0.02, 0.02}, {0, 0, -2e-4})};
 
 // Reference: the correspondence principle; g multiplies every force of a step, moments too.
 TEST(RelaxingModel, ForcesOfAStepRelaxExactlyAndStopAtTheLongTermModulus) {
-  const auto model = Make(TissueScene()), elastic = MakeElastic(TissueScene());
+  const auto model = MakeRelaxing(TissueScene()), elastic = MakeElastic(TissueScene());
   const auto at_once = Respond(*elastic, kPair);
   model->Start(kPair);
   for (int k = 1; k <= 2000; ++k) {
     const auto responses = Respond(*model, kPair);
     for (std::size_t i = 0; i < kPair.size(); ++i) {
-      const Vector3d expected = Relaxed(k * kStep) * at_once[i].force_O;
+      const Vector3d expected = Relaxed(k * kRelaxationStep) * at_once[i].force_O;
       ASSERT_LT((responses[i].force_O - expected).norm(), 1e-12 * at_once[i].force_O.norm()) << k;
       ASSERT_EQ(responses[i].moment_O.has_value(), at_once[i].moment_O.has_value());
       if (!responses[i].moment_O) continue;
-      ASSERT_LT((*responses[i].moment_O - Relaxed(k * kStep) * *at_once[i].moment_O).norm(),
-                1e-12 * at_once[i].moment_O->norm());
+      ASSERT_LT(
+          (*responses[i].moment_O - Relaxed(k * kRelaxationStep) * *at_once[i].moment_O).norm(),
+          1e-12 * at_once[i].moment_O->norm());
     }
   }
   const double ratio = Respond(*model, kPair)[0].force_O.norm() / at_once[0].force_O.norm();
@@ -79,12 +80,13 @@ TEST(RelaxingModel, ForcesOfAStepRelaxExactlyAndStopAtTheLongTermModulus) {
 // A loaded body creeps to the displacement of its long-term moduli. With a displacement at one
 // place and a load at another, neither contact changes the history of the other.
 TEST(RelaxingModel, LoadsCreepToTheLongTermModulus) {
-  const std::vector<Contact> mixed{Push({0.014, 0.02, 0.02}, {0, 0, -0.02}, Contact::Kind::kForce),
-                                   Push({0.0333333, 0.02, 0.02}, {0, 0, 0})};
+  const std::vector<Contact> mixed{
+      PushBy({0.014, 0.02, 0.02}, {0, 0, -0.02}, Contact::Kind::kForce),
+      PushBy({0.0333333, 0.02, 0.02}, {0, 0, 0})};
   Scene scene = TissueScene();
-  const auto model = Make(scene), elastic = MakeElastic(scene);
+  const auto model = MakeRelaxing(scene), elastic = MakeElastic(scene);
   scene.object = Relaxed(scene.object);
-  const auto in_the_end = Respond(*Make(scene), mixed), at_once = Respond(*elastic, mixed);
+  const auto in_the_end = Respond(*MakeRelaxing(scene), mixed), at_once = Respond(*elastic, mixed);
   model->Start(mixed);
   std::vector<ContactResponse> responses;
   double last = std::abs(at_once[0].displacement_O.z()) * (1 - 1e-9);
@@ -103,7 +105,7 @@ TEST(RelaxingModel, LoadsCreepToTheLongTermModulus) {
 // Contacts have their prescribed displacements, whatever was queried before. No time passes during
 // queries.
 TEST(RelaxingModel, DisplacementsOfASolutionTakeNoTime) {
-  const auto model = Make(TissueScene()), other = Make(TissueScene());
+  const auto model = MakeRelaxing(TissueScene()), other = MakeRelaxing(TissueScene());
   Solution first, second;
   std::vector<Vector3d> u, again;
   model->Solve(kPair, &first);
@@ -119,19 +121,19 @@ TEST(RelaxingModel, DisplacementsOfASolutionTakeNoTime) {
 
 // The order of contacts does not matter, a sliding contact keeps its history, a new one has none.
 TEST(RelaxingModel, MemoryFollowsTheContact) {
-  const auto model = Make(TissueScene()), elastic = MakeElastic(TissueScene());
+  const auto model = MakeRelaxing(TissueScene()), elastic = MakeElastic(TissueScene());
   const auto at_once = Respond(*elastic, kPair);
   model->Start(kPair);
   const std::vector<Contact> turned{kPair[1], kPair[0]};
   auto responses = Respond(*model, turned);
-  EXPECT_LT((responses[0].force_O - Relaxed(kStep) * at_once[1].force_O).norm(), 1e-9);
+  EXPECT_LT((responses[0].force_O - Relaxed(kRelaxationStep) * at_once[1].force_O).norm(), 1e-9);
   std::vector<Contact> slid{kPair[0]};
   slid[0].p_O.x() += 0.003;
   for (int k = 0; k < 2000; ++k) responses = Respond(*model, slid);
   const Vector3d there = Respond(*elastic, slid)[0].force_O;
   EXPECT_LT((responses[0].force_O - 0.5 * there).norm(), 1e-6 * there.norm());
   std::vector<Contact> away{kPair[1]};  // moved by more than its width: a new contact
-  const PronySeries series(kTissue, kStep);
+  const PronySeries series(kTissueTerms, kRelaxationStep);
   const Vector3d fresh = Respond(*elastic, away)[0].force_O;
   EXPECT_LT((Respond(*model, away)[0].force_O - series.at_once() * fresh).norm(),
             1e-9 * fresh.norm());
@@ -142,14 +144,14 @@ TEST(RelaxingModel, StiffnessIsThatOfAChangeWithinTheStep) {
   const std::vector<Contact> contact{kPair[0]};
   std::vector<Contact> further = contact;
   further[0].prescribed_O.z() -= 1e-5;
-  const auto one = Make(TissueScene()), two = Make(TissueScene());
+  const auto one = MakeRelaxing(TissueScene()), two = MakeRelaxing(TissueScene());
   const auto response = Respond(*one, contact)[0];
   const Vector3d change = Respond(*two, further)[0].force_O - response.force_O;
   EXPECT_LT((response.stiffness_O.col(2) * -1e-5 - change).norm(), 1e-6 * change.norm());
 }
 
 TEST(RelaxingModel, AllocatesNothingAfterTheFirstStep) {
-  const auto model = Make(TissueScene());
+  const auto model = MakeRelaxing(TissueScene());
   std::vector<ContactResponse> responses(2);
   for (int k = 0; k < 3; ++k) model->Respond(kPair, responses);
   const long before = AllocationCount();
@@ -159,7 +161,7 @@ TEST(RelaxingModel, AllocatesNothingAfterTheFirstStep) {
 
 // A failed contact loses its history: the next answer is that of a body at rest.
 TEST(RelaxingModel, AfterAFailureItBeginsAtRest) {
-  const auto model = Make(TissueScene()), fresh = Make(TissueScene());
+  const auto model = MakeRelaxing(TissueScene()), fresh = MakeRelaxing(TissueScene());
   Respond(*model, kPair);
   std::vector<Contact> bad = kPair;
   bad[1].prescribed_O.x() = std::nan("");

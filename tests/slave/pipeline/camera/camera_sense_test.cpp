@@ -24,7 +24,7 @@ namespace {
 
 using Eigen::Vector3d;
 
-constexpr auto kPeriod = std::chrono::milliseconds(2);
+constexpr auto kFramePeriod = std::chrono::milliseconds(2);
 
 // The whole slave on the shipped block, operated in-process through the interface the service has.
 // Coarse, so that sanitizers can follow.
@@ -44,7 +44,7 @@ class CameraSenseTest : public ::testing::Test {
   SlaveState Until(const std::function<bool(const SlaveState&)>& reached, bool engaged = true) {
     SlaveState state;
     EXPECT_TRUE(Eventually([&] {
-      std::this_thread::sleep_for(kPeriod);
+      std::this_thread::sleep_for(kFramePeriod);
       state = hand_.Stay(engaged);
       return reached(state);
     })) << "not reached; tip at "
@@ -59,7 +59,7 @@ class CameraSenseTest : public ::testing::Test {
     constexpr double kEach = 20e-6, kSeen = 0.2e-3;
     SlaveState state;
     EXPECT_TRUE(Eventually([&] {
-      std::this_thread::sleep_for(kPeriod);
+      std::this_thread::sleep_for(kFramePeriod);
       state = hand_.GoTo(goal, kEach);
       return (hand_.target() - goal).norm() < kEach && Follows(state) &&
              std::abs(state.p_S_tip.y() - goal.y()) < kSeen;
@@ -290,7 +290,7 @@ TEST_F(LargeModelTest, StatesGoOnWhileAModelIsMade) {
   while (!made) {
     std::ignore = slave_->Compose(Clock::now());
     if (!made) ++composed;
-    std::this_thread::sleep_for(kPeriod);
+    std::this_thread::sleep_for(kFramePeriod);
   }
   EXPECT_GT(composed, 10);
 }

@@ -24,7 +24,7 @@ namespace {
 
 using Eigen::Vector3d;
 
-constexpr double kRate = 60, kEpoch = 1e6;  // [Hz], [s]
+constexpr double kImageRate = 60, kEpoch = 1e6;  // [Hz], [s]
 
 Time At(double t) {
   return Time{} + Seconds(kEpoch + t);
@@ -110,7 +110,7 @@ class MovingObjectTest : public testing::Test {
   static Vector3d VelocityAt(double t) { return (MotionAt(t + 1e-4) - MotionAt(t - 1e-4)) / 2e-4; }
   // Moves tool and object, and estimates from the next image.
   const ContactEstimate& Step(const Vector3d& p_S_tip, const Vector3d& object) {
-    site_.t += 1 / kRate;
+    site_.t += 1 / kImageRate;
     site_.MoveTool(p_S_tip);
     site_.Carry(object);
     EXPECT_TRUE(sense_.Acquire({}));
@@ -145,7 +145,7 @@ class MovingObjectTest : public testing::Test {
   CarriedSite site_{scene_};
   EnvironmentPlayer player_{site_, scene_};
   CameraSense sense_{scene_, {.player = &player_}};
-  PatchPublisher keeper_{PatchPublisher::Options{.period = 1 / kRate}};
+  PatchPublisher keeper_{PatchPublisher::Options{.period = 1 / kImageRate}};
 };
 
 // Reference: the simulated site, which does not use images. If the motion were attributed to the
@@ -156,7 +156,7 @@ TEST_F(MovingObjectTest, EstimatesAndPatchFollowTheObject) {
   int valid = 0, images = 0;
   double tip = 0, force = 0, plane = 0, patch = 0, square = 0;
   while (site_.t < begin + kDuration) {
-    const Vector3d moved = MotionAt(site_.t + 1 / kRate - begin);
+    const Vector3d moved = MotionAt(site_.t + 1 / kImageRate - begin);
     const ContactEstimate& estimate = Step(p_S, moved);
     if (site_.t < begin + 0.5) continue;  // it is not known yet whether camera or object moves
     const Truth truth = site_.truth();
@@ -190,7 +190,7 @@ TEST_F(MovingObjectTest, APressIntoAMovingObjectHasTheRightDepth) {
   Step(home, Vector3d::Zero());
   const double begin = site_.t;
   while (site_.t < begin + 2 * kDuration) {
-    const double t = site_.t + 1 / kRate - begin;
+    const double t = site_.t + 1 / kImageRate - begin;
     const double share = 0.5 - 0.5 * std::cos(2 * std::numbers::pi * t / 2.1);
     const ContactEstimate& estimate = Step(home + share * (p_S_deep - home), MotionAt(t));
     if (t < 0.5 || !estimate.force) continue;
@@ -208,7 +208,7 @@ class MotionOwnerTest : public testing::Test {
 
   void Run(double seconds, const std::function<Vector3d(double)>& object,
            const std::function<Vector3d(double)>& camera) {
-    for (const double end = t_ + seconds; t_ < end; t_ += 1 / kRate) {
+    for (const double end = t_ + seconds; t_ < end; t_ += 1 / kImageRate) {
       const auto tip = [](double t) { return Vector3d(0, 10e-3 * std::sin(2 * t), 0); };
       const auto noise = [this] { return Vector3d(spread_(random_), spread_(random_), 0); };
       ManipulatorAgreement::Sight sight;
@@ -219,7 +219,7 @@ class MotionOwnerTest : public testing::Test {
       sight.sigma = sight.object_sigma = 0.1 * kPixel;
       sight.object_known = true;
       sight.pixel = kPixel;
-      agreement_.Update(sight, {kEncoderScale * tip(t_ - 1 / kRate), 1.5});
+      agreement_.Update(sight, {kEncoderScale * tip(t_ - 1 / kImageRate), 1.5});
     }
   }
   [[nodiscard]] bool IsObjects() const { return !agreement_.motion().offset.isZero(0); }

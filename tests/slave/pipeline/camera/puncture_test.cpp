@@ -75,7 +75,7 @@ class Bench {
   std::optional<Estimator> estimator_;
 };
 
-struct Outcome {
+struct PunctureOutcome {
   int late = -1;  // images between the first that could show it and the one that reported it
   bool false_alarm = false;
   bool is_zero = true;  // the force, from the state that reported it on
@@ -95,7 +95,7 @@ bool IsSilentlyWrong(const ContactEstimate& estimate, const Truth& truth, double
 
 // Inserts the tool at 0.1 to 1.5 mm/s, in some cases with a pause. When the resistance disappears,
 // the tool jumps forward before it stops.
-Outcome Insert(std::uint32_t seed) {
+PunctureOutcome Insert(std::uint32_t seed) {
   const Scene scene = EmbryoOf(seed);
   Bench bench(scene);
   Dice draw(seed + 7);
@@ -104,7 +104,7 @@ Outcome Insert(std::uint32_t seed) {
   const double surge = draw.Between(0.5, 4);
   const int pause_from = static_cast<int>(draw.Between(4, 60)),
             pause = static_cast<int>(draw.Between(0, 8));
-  Outcome outcome;
+  PunctureOutcome outcome;
   int since = -1;
   for (int image = 0; image < 400 && since < 8; ++image) {
     const bool pauses = image >= pause_from && image < pause_from + pause;
@@ -153,7 +153,7 @@ bool ReportsPuncture(std::uint32_t seed) {
 
 TEST(PunctureTest, PuncturesAreReportedWithinAnImageAndTheForceIsZeroFromThere) {
   for (std::uint32_t seed = kUntouched; seed < kUntouched + kInsertions; ++seed) {
-    const Outcome outcome = Insert(seed);
+    const PunctureOutcome outcome = Insert(seed);
     EXPECT_FALSE(outcome.false_alarm) << seed;
     EXPECT_GE(outcome.late, 0) << seed;
     EXPECT_LE(outcome.late, 1) << seed;

@@ -22,7 +22,7 @@ namespace {
 using testing::Contains;
 using testing::HasSubstr;
 
-Scene Block(const std::vector<std::string>& overrides) {
+Scene StreamedBlock(const std::vector<std::string>& overrides) {
   return LoadScene(SourcePath("/deploy/scenes/silicone-block.yaml"), overrides);
 }
 
@@ -37,11 +37,11 @@ class StreamedCameraTest : public testing::Test {
     EXPECT_FALSE(refusal) << refusal->why;
   }
 
-  const Scene scene_ = Block({"model.elements=60"});
+  const Scene scene_ = StreamedBlock({"model.elements=60"});
   const std::unique_ptr<SimulatedEnvironment> environment_ = MakeSimulatedEnvironment(scene_);
   const std::unique_ptr<FrameSource> camera_ = environment_->OpenCamera(scene_, {});
-  const std::unique_ptr<Slave> slave_ = MakeLiveSlave(
-      Block({"model.elements=60", "sense.camera.source=stream", "manipulator.source=stream"}));
+  const std::unique_ptr<Slave> slave_ = MakeLiveSlave(StreamedBlock(
+      {"model.elements=60", "sense.camera.source=stream", "manipulator.source=stream"}));
 };
 
 TEST_F(StreamedCameraTest, ReportsWhatItWaitsForUntilTheFirstUsableImage) {

@@ -18,14 +18,14 @@
 namespace palpate {
 namespace {
 
-struct Outcome {
+struct PressOutcome {
   int touching = 0, valid = 0;
   // Largest error of valid forces in contact, relative to the largest true force [-].
   double worst = 0;
 };
 
 // Runs the scene's scripted press and estimates from each image.
-Outcome Press(const Scene& scene, std::optional<Eigen::Vector3d> p_S_tip) {
+PressOutcome RunPress(const Scene& scene, std::optional<Eigen::Vector3d> p_S_tip) {
   constexpr double kTouches = 0.01;  // of the largest true force
   SimulatedSite site(scene);
   const auto camera = site.OpenCamera(scene, ScriptedRun{});
@@ -44,7 +44,7 @@ Outcome Press(const Scene& scene, std::optional<Eigen::Vector3d> p_S_tip) {
     images.push_back({truth.norm(), estimate.force ? (*estimate.force - truth).norm() : 0,
                       estimate.validity == Validity::kValid});
   }
-  Outcome outcome;
+  PressOutcome outcome;
   for (const Image& image : images) {
     if (image.truth < kTouches * peak) continue;
     ++outcome.touching;
@@ -77,7 +77,7 @@ TEST(TemplateAnchorTest, NoValidForceIsOffByMoreThanATenthOfThePeak) {
   WriteWholeFile(tracking->template_file, EncodePng(first(box).clone()));
   for (const double off : {-3.0, -2.0, 0.0, 2.0, 5.0}) {  // [px]
     tracking->anchor = tip - Eigen::Vector2d(box.x, box.y - off);
-    const Outcome outcome = Press(scene, std::nullopt);
+    const PressOutcome outcome = RunPress(scene, std::nullopt);
     EXPECT_LE(outcome.worst, 0.1) << off << " px";
     if (off == 0) EXPECT_EQ(outcome.valid, outcome.touching);
   }
@@ -96,7 +96,7 @@ Scene UnderARoundEnd(double radius) {
 
 // Bounds: a tenth of the peak, and four of five states valid.
 void ExpectRightAndValid(const Scene& scene, double degrees) {
-  const Outcome outcome = Press(scene, scene.manipulator.home);
+  const PressOutcome outcome = RunPress(scene, scene.manipulator.home);
   EXPECT_LE(outcome.worst, 0.1) << degrees;
   EXPECT_GE(outcome.valid, 0.8 * outcome.touching) << degrees;
 }

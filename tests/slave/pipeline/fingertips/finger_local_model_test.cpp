@@ -41,37 +41,37 @@ class FingerLocalModelTest : public ::testing::Test {
   LocalModel model_;
 };
 
-constexpr double kDepth = 2e-3;      // [m]
-constexpr double kFullDepth = 5e-3;  // [m], of scenes that state none
+constexpr double kFingerDepth = 2e-3;  // [m]
+constexpr double kFullDepth = 5e-3;    // [m], of scenes that state none
 
 // Reference: the estimated force, which has a tangential part of a tenth. After five learning times
 // e^-5 = 0.7 % of that is missing. The tangential stiffness is also that of a spring: symmetric.
 TEST_F(FingerLocalModelTest, TheRenderedForceLeansAsTheOneEstimated) {
-  const double along = Modelled(kDepth);
+  const double along = Modelled(kFingerDepth);
   const Vector3d estimate = along * Vector3d(0.1, -0.05, 1);
-  for (int i = 0; i < 100 * kFullDepth / kDepth; ++i) {
-    touch_.Update(*body_, Isometry3d::Identity(), Pressed(kDepth), true,
+  for (int i = 0; i < 100 * kFullDepth / kFingerDepth; ++i) {
+    touch_.Update(*body_, Isometry3d::Identity(), Pressed(kFingerDepth), true,
                   FingerLocalModel::MeasuredForce{estimate, 0}, &model_);
   }
-  const Vector3d rendered = model_.force + model_.stiffness * Vector3d(0, 0, kDepth);
+  const Vector3d rendered = model_.force + model_.stiffness * Vector3d(0, 0, kFingerDepth);
   EXPECT_LT((rendered - estimate).norm(), 0.01 * estimate.norm());
   EXPECT_EQ(model_.stiffness, model_.stiffness.transpose().eval());
   EXPECT_TRUE(touch_.HasOutgrownPatch());
   SurfacePatch patch;
-  ASSERT_TRUE(touch_.MakePatch(*body_, Isometry3d::Identity(), Pressed(kDepth), &patch));
+  ASSERT_TRUE(touch_.MakePatch(*body_, Isometry3d::Identity(), Pressed(kFingerDepth), &patch));
   EXPECT_FALSE(touch_.HasOutgrownPatch());
   touch_.Forget();
-  touch_.Update(*body_, Isometry3d::Identity(), Pressed(kDepth), true, std::nullopt, &model_);
+  touch_.Update(*body_, Isometry3d::Identity(), Pressed(kFingerDepth), true, std::nullopt, &model_);
   EXPECT_LT(std::abs(model_.stiffness(0, 2)), 0.01 * model_.stiffness(2, 2));
 }
 
 TEST_F(FingerLocalModelTest, WhatWasEstimatedStaysForTheNextContact) {
-  const double modelled = Modelled(kDepth);
-  Learnt(kDepth, 2 * modelled, 0, 50);
+  const double modelled = Modelled(kFingerDepth);
+  Learnt(kFingerDepth, 2 * modelled, 0, 50);
   for (int i = 0; i < 20; ++i) {
     touch_.Update(*body_, Isometry3d::Identity(), Pressed(-1e-3), false, std::nullopt, &model_);
   }
-  touch_.Update(*body_, Isometry3d::Identity(), Pressed(kDepth), true, std::nullopt, &model_);
+  touch_.Update(*body_, Isometry3d::Identity(), Pressed(kFingerDepth), true, std::nullopt, &model_);
   EXPECT_NEAR(touch_.force_ratio(), 2, 1e-4);
   touch_.Forget();
   EXPECT_DOUBLE_EQ(touch_.force_ratio(), 1);

@@ -16,7 +16,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-const fs::path kData = SourcePath("/../shared/data");
+const fs::path kFingertipData = SourcePath("/../shared/data");
 
 class FingertipRunTest : public FolderTest {
  protected:
@@ -36,9 +36,10 @@ class FingertipRunTest : public FolderTest {
 // row by row, to 1e-6 N. states.csv contains the force of the object on the fingertip, so the sign
 // is opposite. Nine significant digits are written.
 TEST_F(FingertipRunTest, TheAuthorsNetworkOnTheAuthorsRecordingComesOutOfProcess) {
-  const fs::path recording = kData / "seed001_rf_foam_bar";
+  const fs::path recording = kFingertipData / "seed001_rf_foam_bar";
   if (!fs::exists(recording)) GTEST_SKIP() << "the real recordings are not here";
-  const auto network = JsonOf(AuthorsNetwork(kData / "seed001_biotac_lstm" / "biotac_rnn21"));
+  const auto network =
+      JsonOf(AuthorsNetwork(kFingertipData / "seed001_biotac_lstm" / "biotac_rnn21"));
   std::ofstream(folder_ / "network.json") << network;
   const Scene scene = Load("source: " + (recording / "rh_tactile.csv").string() +
                            ", finger: rf, rest: first 50, network: .");

@@ -22,7 +22,7 @@ using Eigen::Vector3d;
 using namespace testing_fakes;
 
 // The state of the fingertips, which the test shares with its source.
-struct Touching {
+struct TouchingSlave {
   std::mutex mutex;
   Hand hand{1};
   bool ended = false, silent = false, breaks = false;
@@ -33,7 +33,7 @@ struct Touching {
 // flagged.
 class FakeSource final : public TactileSource {
  public:
-  explicit FakeSource(std::shared_ptr<Touching> environment)
+  explicit FakeSource(std::shared_ptr<TouchingSlave> environment)
       : environment_(std::move(environment)) {}
   std::optional<TactileFrame> Next(const std::stop_token& stop) override {
     while (!stop.stop_requested()) {
@@ -54,7 +54,7 @@ class FakeSource final : public TactileSource {
   [[nodiscard]] std::string description() const override { return "a fake"; }
 
  private:
-  std::shared_ptr<Touching> environment_;
+  std::shared_ptr<TouchingSlave> environment_;
   bool is_odd_ = false;
 };
 
@@ -70,7 +70,7 @@ class FingertipSenseTest : public ::testing::Test {
     environment_->hand.forces_F[0] = force_F;
     environment_->hand.active[0] = active;
   }
-  void Set(bool Touching::*what) {
+  void Set(bool TouchingSlave::*what) {
     const std::lock_guard lock(environment_->mutex);
     (*environment_).*what = true;
   }
@@ -86,7 +86,7 @@ class FingertipSenseTest : public ::testing::Test {
   static bool IsValid(const SlaveState& s) { return s.validity == Validity::kValid; }
   static bool Touches(const SlaveState& s) { return s.local_model.in_contact; }
 
-  std::shared_ptr<Touching> environment_ = std::make_shared<Touching>();
+  std::shared_ptr<TouchingSlave> environment_ = std::make_shared<TouchingSlave>();
   LiveSlave slave_;
 };
 
@@ -119,11 +119,11 @@ TEST_F(FingertipSenseTest, TheHandMovesTheFingertip) {
 
 TEST_F(FingertipSenseTest, SilenceIsStaleAndAnEndIsAnAlarm) {
   Until(IsValid);
-  Set(&Touching::silent);
+  Set(&TouchingSlave::silent);
   const SlaveState stale =
       Until([](const SlaveState& s) { return s.validity == Validity::kStale; });
   EXPECT_GT(SecondsBetween(stale.sensed_at, Clock::now()), 0.06);
-  Set(&Touching::ended);
+  Set(&TouchingSlave::ended);
   Until([&](const SlaveState&) { return !slave_.Status().alarms.empty(); });
 }
 
@@ -158,7 +158,7 @@ class CarryingArm final : public SimulatedManipulator {
 // must use it, or the master meets the surface 2 mm off.
 TEST(FingertipSenseRegistrationTest, EngagingStartsAtTheSensedFingertip) {
   const Scene scene = CubeScene(kAbove);
-  auto touching = std::make_shared<Touching>();
+  auto touching = std::make_shared<TouchingSlave>();
   touching->X_SF = scene.sense.Find<Tactile>()->fingers.front().X_SF;
   touching->X_SF->translation().x() += 2e-3;
   LiveSlave slave(

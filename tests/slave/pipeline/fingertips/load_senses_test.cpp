@@ -13,7 +13,7 @@ namespace {
 
 using namespace testing_fakes;
 
-const std::string kShipped = SourcePath("/deploy/fingertips/simulated-tnn21");
+const std::string kShippedSense = SourcePath("/deploy/fingertips/simulated-tnn21");
 
 std::string ComplaintOf(const Scene& scene) {
   try {
@@ -29,7 +29,7 @@ TEST(LoadSensesTest, ARecordingWithoutASignalThatTheNetworkTakesIsRefused) {
   Scene scene = CubeScene(kAbove);
   Tactile& tactile = *scene.sense.Find<Tactile>();
   tactile.source = Tactile::Source::kRecording;
-  tactile.network = kShipped;
+  tactile.network = kShippedSense;
   const auto write = [&](const char* columns) {
     std::string text = columns;
     for (int e = 1; e <= kElectrodeCount; ++e) text += ",E" + std::to_string(e);
@@ -38,7 +38,7 @@ TEST(LoadSensesTest, ARecordingWithoutASignalThatTheNetworkTakesIsRefused) {
   write("t,pac0,pdc");
   EXPECT_EQ(ComplaintOf(scene), "");
   write("t,pac0");
-  EXPECT_NE(ComplaintOf(scene).find("touch.csv: no column pdc: " + std::string(kShipped)),
+  EXPECT_NE(ComplaintOf(scene).find("touch.csv: no column pdc: " + std::string(kShippedSense)),
             std::string::npos);
   write("t,pdc");
   EXPECT_NE(ComplaintOf(scene).find("no column pac0"), std::string::npos);
@@ -47,7 +47,7 @@ TEST(LoadSensesTest, ARecordingWithoutASignalThatTheNetworkTakesIsRefused) {
 TEST(LoadSensesTest, ANetworkForOtherChannelsIsRefused) {
   Scene scene = CubeScene(kAbove);
   Tactile& tactile = *scene.sense.Find<Tactile>();
-  tactile.network = kShipped;
+  tactile.network = kShippedSense;
   tactile.channels = {16, "kPa"};
   EXPECT_NE(ComplaintOf(scene).find("sense.tactile.channels = 16: expected 19, for which"),
             std::string::npos);

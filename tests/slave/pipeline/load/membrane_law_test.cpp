@@ -29,8 +29,8 @@ using testing_fakes::kNu;
 using testing_fakes::kRadius;
 using testing_fakes::kToolWidth;
 
-constexpr double kNoise = 20e-6;  // of a dot, per axis [m]: as the two cameras make them
-constexpr double kStep = 0.5e-3;
+constexpr double kDotNoise = 20e-6;  // of a dot, per axis [m]: as the two cameras make them
+constexpr double kDepthStep = 0.5e-3;
 
 struct Place {
   double thickness = 0;  // [m]
@@ -51,8 +51,8 @@ std::unique_ptr<LoadIdentifier> BodyOf(double thickness) {
 
 // `scatter`: true noise of a dot per axis [m]. `stated`: its stated sigma [m].
 std::vector<SurfacePoint> Dots(const simulation::MembranePress& press, double depth,
-                               std::mt19937* random, double scatter = kNoise,
-                               double stated = kNoise) {
+                               std::mt19937* random, double scatter = kDotNoise,
+                               double stated = kDotNoise) {
   std::normal_distribution<double> noise(0, scatter);
   std::vector<SurfacePoint> points;
   for (const Vector2d& dot : DotPlaces(PointTracking{})) {
@@ -77,11 +77,11 @@ TEST_P(MembraneLawAt, EveryStepIsWithinTheBoundOrTwoSigmaOrFlagged) {
   std::mt19937 random(1);
   const auto body = BodyOf(place.thickness);
   simulation::PressedMembrane truth = TruthAt(place);
-  for (double depth = kStep; depth < place.deepest + 1e-9; depth += kStep) {
+  for (double depth = kDepthStep; depth < place.deepest + 1e-9; depth += kDepthStep) {
     ASSERT_TRUE(truth.Deepen(depth));
   }
   const double at_5mm = -ForceAt(truth.press(), 5e-3);
-  for (double depth = kStep; depth < place.deepest + 1e-9; depth += kStep) {
+  for (double depth = kDepthStep; depth < place.deepest + 1e-9; depth += kDepthStep) {
     const double force = -ForceAt(truth.press(), depth);
     const SurfaceLoad load = body->Fit(Dots(truth.press(), depth, &random));
     ASSERT_NE(load.validity, Validity::kFailed);
@@ -107,9 +107,10 @@ TEST(PlateLoadIdentifier, SigmaFollowsTheScatterIfThereAreEnoughDots) {
     std::mt19937 random(1);
     return BodyOf(1e-3)->Fit(Dots(truth.press(), 1e-3, &random, scatter, stated)).sigma_force;
   };
-  const double closer = sigma(kNoise, 4 * kNoise), as_given = sigma(4 * kNoise, 4 * kNoise);
+  const double closer = sigma(kDotNoise, 4 * kDotNoise),
+               as_given = sigma(4 * kDotNoise, 4 * kDotNoise);
   EXPECT_LT(closer, 0.85 * as_given);
-  EXPECT_GT(closer, 1.5 * sigma(kNoise, kNoise));
+  EXPECT_GT(closer, 1.5 * sigma(kDotNoise, kDotNoise));
 }
 
 std::string InWords(const testing::TestParamInfo<Place>& place) {
@@ -137,7 +138,7 @@ TEST(MembraneLaw, AFewFineStepsEqualTheWholeFineFit) {
     for (double depth = 1e-3; depth < 4.5e-3; depth += 1e-3) ASSERT_TRUE(truth.Deepen(depth));
     const auto points = Dots(truth.press(), 4e-3, &random);
     std::vector<Vector2d> places;
-    std::vector<double> displacements, sigmas(points.size(), kNoise);
+    std::vector<double> displacements, sigmas(points.size(), kDotNoise);
     for (const SurfacePoint& point : points) {
       places.emplace_back(point.p_S_rest.head<2>());
       displacements.push_back(point.p_S.z() - point.p_S_rest.z());

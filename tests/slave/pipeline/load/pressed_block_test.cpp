@@ -15,6 +15,7 @@
 #include "shared/mesh/solid_mesh.h"
 #include "slave/mechanics/factory/make_model.h"
 #include "slave/pipeline/points/points_sense.h"
+#include "tests/slave/pipeline/given_images.h"
 #include "tests/slave/vision/depth/depth_images.h"
 
 namespace palpate {
@@ -23,39 +24,41 @@ namespace {
 using Eigen::Vector2d;
 using Eigen::Vector3d;
 
-constexpr double kSide = 0.1, kHeight = 0.06, kDistance = 0.15;  // [m]
-constexpr double kWidth = 0.02, kForce = 2;                      // of the tool [m], its load [N]
+constexpr double kBlockSide = 0.1, kBlockHeight = 0.06, kCameraDistance = 0.15;  // [m]
+constexpr double kPunchWidth = 0.02, kBlockLoad = 2;  // of the tool [m], its load [N]
 
-Scene BlockScene(int cells) {
+Scene TexturedScene(int cells) {
   Scene scene;
   scene.name = "block";
-  scene.object.geometry =
-      BoxGeometry{{kSide, kSide, kHeight}, {cells, cells, std::max(2, cells * 3 / 5)}};
+  scene.object.geometry = BoxGeometry{{kBlockSide, kBlockSide, kBlockHeight},
+                                      {cells, cells, std::max(2, cells * 3 / 5)}};
   scene.object.material.young_modulus = 3e4;
   scene.object.material.poisson_ratio = 0.3;
   scene.object.fixed = {Fixed{FixedPlane{2, 0}}};
-  scene.tool = Tool{.width = kWidth};
+  scene.tool = Tool{.width = kPunchWidth};
   scene.model.kind = "fem-green";
   scene.model.range = 0.1;
   DepthImages camera = TestDepthCamera();
   camera.X_SD.linear() = Vector3d(1, -1, -1).asDiagonal();  // looks down
-  camera.X_SD.translation() = Vector3d(kSide / 2, kSide / 2, kHeight + kDistance);
+  camera.X_SD.translation() =
+      Vector3d(kBlockSide / 2, kBlockSide / 2, kBlockHeight + kCameraDistance);
   scene.sense.Set(
       PointsOptions{.cameras = camera, .points = {.track = PointTracking::Track::kSurface}});
   return scene;
 }
 
 // Simulates the camera's view of the block's top with a separate model on a finer mesh.
-class Block {
+class TexturedBlock {
  public:
-  explicit Block(int cells) : scene_(BlockScene(cells)), cells_(cells), u_(Grid(cells)) {}
+  explicit TexturedBlock(int cells)
+      : scene_(TexturedScene(cells)), cells_(cells), u_(Grid(cells)) {}
 
   void Press(const Vector2d& at, double force) {
     const ObjectMesh mesh = MeshObject(scene_, std::nullopt);
     const auto model = MakeModel(scene_, mesh);
     const Contact contact{.kind = Contact::Kind::kForce,
-                          .p_O = {at.x(), at.y(), kHeight},
-                          .width = kWidth,
+                          .p_O = {at.x(), at.y(), kBlockHeight},
+                          .width = kPunchWidth,
                           .prescribed_O = {0, 0, -force}};
     Solution solution;
     model->Solve({&contact, 1}, &solution);
@@ -63,23 +66,23 @@ class Block {
     model->Displacements(solution, &u);
     const auto& nodes = std::get<SolidMesh>(mesh).nodes;
     for (std::size_t n = 0; n < nodes.size(); ++n) {
-      if (nodes[n].z() < kHeight * (1 - 1e-9)) continue;
-      u_[Number(std::lround(nodes[n].x() / kSide * cells_),
-                std::lround(nodes[n].y() / kSide * cells_))] = u[n];
+      if (nodes[n].z() < kBlockHeight * (1 - 1e-9)) continue;
+      u_[Number(std::lround(nodes[n].x() / kBlockSide * cells_),
+                std::lround(nodes[n].y() / kBlockSide * cells_))] = u[n];
     }
   }
 
   cv::Mat Image(std::mt19937* random) const {
     const DepthImages& camera = *scene_.sense.Find<DepthImages>();
     const auto depth = [&](double x, double y) {
-      double z = kDistance;
+      double z = kCameraDistance;
       for (int i = 0; i < 3; ++i) {
-        const Vector2d seen(kSide / 2 + z * x, kSide / 2 - z * y);
+        const Vector2d seen(kBlockSide / 2 + z * x, kBlockSide / 2 - z * y);
         const Vector2d rest = seen - Moved(seen).head<2>();
-        if (rest.minCoeff() < 0 || rest.maxCoeff() > kSide) {
+        if (rest.minCoeff() < 0 || rest.maxCoeff() > kBlockSide) {
           return std::numeric_limits<double>::quiet_NaN();
         }
-        z = kDistance - Moved(rest).z();
+        z = kCameraDistance - Moved(rest).z();
       }
       return z;
     };
@@ -96,7 +99,7 @@ class Block {
   }
   // Bilinear between the nodes.
   [[nodiscard]] Vector3d Moved(const Vector2d& rest) const {
-    const Vector2d at = (rest / kSide * cells_).cwiseMax(0).cwiseMin(cells_ - 1e-9);
+    const Vector2d at = (rest / kBlockSide * cells_).cwiseMax(0).cwiseMin(cells_ - 1e-9);
     const auto i = static_cast<long>(at.x()), j = static_cast<long>(at.y());
     const double a = at.x() - static_cast<double>(i), b = at.y() - static_cast<double>(j);
     return (1 - a) * ((1 - b) * u_[Number(i, j)] + b * u_[Number(i, j + 1)]) +
@@ -108,32 +111,16 @@ class Block {
   std::vector<Vector3d> u_;  // of the top's nodes [m]
 };
 
-class Given final : public StereoSource {
- public:
-  explicit Given(std::shared_ptr<std::deque<cv::Mat>> images) : images_(std::move(images)) {}
-  std::optional<StereoPair> Next(const std::stop_token&) override {
-    StereoPair pair;
-    pair.sequence = ++sequence_;
-    pair.left = images_->front();
-    images_->pop_front();
-    return pair;
-  }
-  [[nodiscard]] std::string description() const override { return "given"; }
-
- private:
-  std::shared_ptr<std::deque<cv::Mat>> images_;
-  std::uint64_t sequence_ = 0;
-};
-
 class WatchedBlock {
  public:
-  explicit WatchedBlock(const Scene& scene) : sense_(scene, std::make_unique<Given>(images_)) {}
+  explicit WatchedBlock(const Scene& scene)
+      : sense_(scene, std::make_unique<GivenImages>(images_)) {}
 
   ContactEstimate Show(const cv::Mat& image) {
     images_->push_back(image);
     EXPECT_TRUE(sense_.Acquire({}));
     sense_.Process();
-    return sense_.Estimate({{kSide / 2, kSide / 2, 2 * kHeight}, std::nullopt});
+    return sense_.Estimate({{kBlockSide / 2, kBlockSide / 2, 2 * kBlockHeight}, std::nullopt});
   }
   PointsSense& sense() { return sense_; }
 
@@ -148,9 +135,9 @@ class WatchedBlock {
 // modulus the same shape gives 1.5 times the force at once.
 TEST(PressedBlock, IsPressedByNoForceUntilItsModelIsComputed) {
   const Vector2d at(0.07, 0.03);
-  const Scene scene = BlockScene(12);
+  const Scene scene = TexturedScene(12);
   WatchedBlock block(scene);
-  Block truth(18);
+  TexturedBlock truth(18);
   std::mt19937 random(5);
   // The images are drawn once and then repeated.
   const auto drawn = [&] {
@@ -159,7 +146,7 @@ TEST(PressedBlock, IsPressedByNoForceUntilItsModelIsComputed) {
     return images;
   };
   for (const cv::Mat& image : drawn()) block.Show(image);
-  truth.Press(at, kForce);
+  truth.Press(at, kBlockLoad);
   const std::vector<cv::Mat> pressed = drawn();
   std::size_t shown = 0;
   const auto next = [&] { return block.Show(pressed[shown++ % pressed.size()]); };
@@ -180,11 +167,11 @@ TEST(PressedBlock, IsPressedByNoForceUntilItsModelIsComputed) {
       EXPECT_LT((estimate.p_S_contact.head<2>() - at).norm(), 0.004) << when << i;
     }
   };
-  expect(kForce, "image ");
+  expect(kBlockLoad, "image ");
   Scene stiffer = scene;
   stiffer.object.material.young_modulus *= 1.5;
   block.sense().Adopt(block.sense().Prepare(stiffer, nullptr), stiffer);
-  expect(1.5 * kForce, "stiffer ");
+  expect(1.5 * kBlockLoad, "stiffer ");
 }
 
 }  // namespace

@@ -19,14 +19,14 @@ using testing_fakes::kRadius;
 using testing_fakes::kThickness;
 using testing_fakes::kToolWidth;
 
-constexpr double kForce = -20, kSigma = 2e-5;  // [N], [m]
+constexpr double kPlateLoad = -20, kPlateSigma = 2e-5;  // [N], [m]
 const Vector3d kSlide(1.2e-3, -0.6e-3, 0.05e-3);
 
 class SlidPlateTest : public testing::Test {
  protected:
-  std::vector<SurfacePoint> Points(bool slid, double force = kForce) {
+  std::vector<SurfacePoint> Points(bool slid, double force = kPlateLoad) {
     SurfaceObservation seen =
-        testing_fakes::DotsUnder(truth_, {0.012, 0.004}, force, kSigma, &random_);
+        testing_fakes::DotsUnder(truth_, {0.012, 0.004}, force, kPlateSigma, &random_);
     for (SurfacePoint& point : seen.points) point.p_S += slid ? kSlide : Vector3d::Zero();
     return seen.points;
   }
@@ -36,15 +36,15 @@ class SlidPlateTest : public testing::Test {
     for (int k = 0; k < 40; ++k) {
       const PlateFit answer = fit_.Fit(Points(true));
       EXPECT_TRUE(answer.compensated) << k;
-      EXPECT_NEAR(answer.load.rim_motion[0], kSlide.z(), 2 * kSigma) << k;
-      square += std::pow(answer.load.force - kForce, 2);
+      EXPECT_NEAR(answer.load.rim_motion[0], kSlide.z(), 2 * kPlateSigma) << k;
+      square += std::pow(answer.load.force - kPlateLoad, 2);
     }
     return std::sqrt(square / 40);
   }
   void ExpectForceOfTenImages(bool slid) {
     for (int k = 0; k < 10; ++k) {
       const PlateFit answer = fit_.Fit(Points(slid));
-      EXPECT_NEAR(answer.load.force, kForce, 0.03 * std::abs(kForce)) << k;
+      EXPECT_NEAR(answer.load.force, kPlateLoad, 0.03 * std::abs(kPlateLoad)) << k;
       EXPECT_EQ(answer.moved, slid) << k;
       EXPECT_EQ(answer.compensated, slid) << k;
     }
@@ -76,8 +76,8 @@ TEST_F(SlidPlateTest, ARimThatMovesAgainIsNotHeldWhereItWas) {
     std::vector<SurfacePoint> points = Points(true);
     for (SurfacePoint& point : points) point.p_S.z() += 0.2e-3;
     const PlateFit answer = fit_.Fit(points);
-    EXPECT_NEAR(answer.load.force, kForce, 0.03 * std::abs(kForce)) << k;
-    EXPECT_NEAR(answer.load.rim_motion[0], kSlide.z() + 0.2e-3, 2 * kSigma) << k;
+    EXPECT_NEAR(answer.load.force, kPlateLoad, 0.03 * std::abs(kPlateLoad)) << k;
+    EXPECT_NEAR(answer.load.rim_motion[0], kSlide.z() + 0.2e-3, 2 * kPlateSigma) << k;
   }
 }
 

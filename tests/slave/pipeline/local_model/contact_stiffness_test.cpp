@@ -18,7 +18,7 @@ using Eigen::Vector3d;
 using testing_fakes::CubeScene;
 using testing_fakes::kAbove;
 
-constexpr double kE = 4000, kNu = 0.15;
+constexpr double kSoftE = 4000, kSoftNu = 0.15;
 
 // The triangle whose centroid lies nearest to `p_O`.
 int TriangleAt(const SurfaceMesh& surface, const Vector3d& p_O) {
@@ -45,9 +45,9 @@ Matrix3d OnBox(const Vector3d& size, const std::array<int, 3>& cells, const Vect
 
 // Reference: Hertz's F = 4/3 E / (1 - nu^2) R^1/2 d^3/2 from the disc's own law, F = 2 E* a d.
 TEST(ContactStiffnessTest, ADiscTakesTheForceOfTheSphere) {
-  const double R = 7e-3, d = 2e-3, E_star = kE / (1 - kNu * kNu);
+  const double R = 7e-3, d = 2e-3, E_star = kSoftE / (1 - kSoftNu * kSoftNu);
   const double a = DiscOfSphere(R, d);
-  Material material{kE, kNu, 45, 0};
+  Material material{kSoftE, kSoftNu, 45, 0};
   const double K = DiscStiffness(material, a, Vector3d::UnitZ())(2, 2);
   EXPECT_NEAR(K * d, 4.0 / 3 * E_star * std::sqrt(R) * std::pow(d, 1.5), 1e-12);
 }
@@ -58,7 +58,7 @@ TEST(ContactStiffnessTest, AWideBlockIsNearlyAHalfSpace) {
   const Vector3d size(0.16, 0.16, 0.08);
   const double a = 5e-3;
   const Matrix3d K = OnBox(size, {16, 16, 8}, {0.08, 0.08, 0.08}, a);
-  const Matrix3d half_space = DiscStiffness({kE, kNu, 45, 0}, a, Vector3d::UnitZ());
+  const Matrix3d half_space = DiscStiffness({kSoftE, kSoftNu, 45, 0}, a, Vector3d::UnitZ());
   EXPECT_NEAR(K(2, 2) / half_space(2, 2), 1, 0.12);
   EXPECT_NEAR(K(0, 0) / half_space(0, 0), 1, 0.12);
 }

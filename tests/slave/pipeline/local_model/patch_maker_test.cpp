@@ -23,7 +23,7 @@ namespace {
 using Eigen::Matrix3d;
 using Eigen::Vector3d;
 
-Vector3d Planar(const Eigen::Vector2d& v) {
+Vector3d InPlane(const Eigen::Vector2d& v) {
   return {v.x(), v.y(), 0};
 }
 
@@ -86,9 +86,9 @@ TEST_F(OutlinePatchTest, AtItsNodesThePatchAgreesWithTheSlavesSolver) {
   EXPECT_EQ(patch.node_count, kPatchNodes);
   for (int i = -10, at = top_; i < 0; ++i, at = mesh_.Next(at)) {
     const BoundaryElement& e = mesh_.elements[Index(at)];
-    const Vector3d n = Planar(e.normal()), p = Planar(e.midpoint());
+    const Vector3d n = InPlane(e.normal()), p = InPlane(e.midpoint());
     EXPECT_LT(ErrorAt(patch, p, at, n, -3e-3 * n), 0.005) << i;
-    EXPECT_LT(ErrorAt(patch, p, at, n, -3e-3 * n + 1e-3 * Planar(e.b - e.a).normalized()), 0.01)
+    EXPECT_LT(ErrorAt(patch, p, at, n, -3e-3 * n + 1e-3 * InPlane(e.b - e.a).normalized()), 0.01)
         << i;
   }
 }

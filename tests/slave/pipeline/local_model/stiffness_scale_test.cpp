@@ -10,7 +10,7 @@ namespace palpate {
 namespace {
 
 constexpr double kFull = 5e-3;  // [m]
-constexpr double kRate = 0.3;
+constexpr double kLearningRate = 0.3;
 constexpr double kSpread = 0.1;
 
 TEST(CompareForcesTest, OnlyFiniteForcesAboveZeroTell) {
@@ -31,7 +31,7 @@ TEST(CompareForcesTest, OnlyFiniteForcesAboveZeroTell) {
 // Reference: the ratio itself, linear in depth. Of noise of 1 %, a sixth remains after forty
 // presses of a hundred samples.
 TEST(RatioByDepthTest, LearnsARatioThatChangesWithDepthThroughNoise) {
-  StiffnessScale ratio(kFull, kRate, kSpread);
+  StiffnessScale ratio(kFull, kLearningRate, kSpread);
   std::mt19937 random(1);
   std::normal_distribution<double> noise(0, 0.01);
   const auto truth = [](double depth) { return 1.1 - 0.2 * depth / kFull; };
@@ -48,7 +48,7 @@ TEST(RatioByDepthTest, LearnsARatioThatChangesWithDepthThroughNoise) {
 }
 
 TEST(RatioByDepthTest, AForceThatDrownsInItsErrorHasNoSay) {
-  StiffnessScale ratio(kFull, kRate, kSpread);
+  StiffnessScale ratio(kFull, kLearningRate, kSpread);
   for (int i = 0; i < 5; ++i) ratio.Learn(4e-3, {2, 6, true});
   EXPECT_GT(ratio.At(4e-3).ratio, 1);
   EXPECT_LT(ratio.At(4e-3).ratio, 1.002);  // 5 times the spread's 0.1^2 by 6^2
@@ -57,7 +57,7 @@ TEST(RatioByDepthTest, AForceThatDrownsInItsErrorHasNoSay) {
 // An estimate at a large depth holds at small depths, too, until one exists there: then each depth
 // range keeps its own value.
 TEST(RatioByDepthTest, DepthsNotEstimatedFollowTheirNeighbours) {
-  StiffnessScale ratio(kFull, kRate, kSpread);
+  StiffnessScale ratio(kFull, kLearningRate, kSpread);
   for (int i = 0; i < 60; ++i) ratio.Learn(kFull, {0.9, 0.01, true});
   EXPECT_NEAR(ratio.At(kFull).ratio, 0.9, 1e-3);
   EXPECT_LT(ratio.At(kFull / 2).ratio, 0.95);

@@ -7,7 +7,7 @@ namespace palpate {
 namespace {
 
 // A ramp between halts of 0, 1 and 2 mm, and back to 1 mm.
-PressSteps Pressed() {
+PressSteps PressedSteps() {
   PressSteps steps;
   const auto halt = [&](double depth, double truth, std::initializer_list<double> stated) {
     for (const double force : stated) {
@@ -24,7 +24,7 @@ PressSteps Pressed() {
 }
 
 TEST(PressStepsTest, PairsAtOneDepthAreAStepOfTheApproach) {
-  const std::vector<PressStep> steps = Pressed().steps();
+  const std::vector<PressStep> steps = PressedSteps().steps();
   ASSERT_EQ(steps.size(), 3U);
   EXPECT_EQ(steps[1].depth, 1e-3);
   EXPECT_EQ(steps[1].pairs, 3);

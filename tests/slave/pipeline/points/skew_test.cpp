@@ -20,10 +20,10 @@
 namespace palpate {
 namespace {
 
-constexpr double kDepth = 5e-3;  // of the press [m]
-constexpr int kRest = 14;        // pairs before the tool moves
-constexpr int kMoving = 60;      // pairs after
-constexpr double kRight = 0.05;  // of the largest force
+constexpr double kSkewDepth = 5e-3;  // of the press [m]
+constexpr int kRestPairs = 14;       // pairs before the tool moves
+constexpr int kMoving = 60;          // pairs after
+constexpr double kRight = 0.05;      // of the largest force
 constexpr double kSigmas = 3;
 
 // True and stated delay of the right image relative to the left one [s].
@@ -32,7 +32,7 @@ struct Skew {
   double jitter = 0;  // of the stamp: later in one pair, earlier in the next
 };
 
-// The shipped membrane, pressed to kDepth and released repeatedly.
+// The shipped membrane, pressed to kSkewDepth and released repeatedly.
 class SkewedCameras final : public StereoSource {
  public:
   // `speed`: the tool's largest [m/s].
@@ -40,7 +40,7 @@ class SkewedCameras final : public StereoSource {
       : site_(site),
         home_(scene.manipulator.home),
         period_(1 / scene.sense.Find<StereoCameras>()->rate),
-        turn_(speed / (0.5 * kDepth)),
+        turn_(speed / (0.5 * kSkewDepth)),
         skew_(skew) {}
 
   std::optional<StereoPair> Next(const std::stop_token& /*stop*/) override {
@@ -65,8 +65,8 @@ class SkewedCameras final : public StereoSource {
 
  private:
   [[nodiscard]] Eigen::Vector3d TipAt(double t) const {
-    const double since = t - kRest * period_;
-    const double depth = since > 0 ? 0.5 * kDepth * (1 - std::cos(turn_ * since)) : -1e-3;
+    const double since = t - kRestPairs * period_;
+    const double depth = since > 0 ? 0.5 * kSkewDepth * (1 - std::cos(turn_ * since)) : -1e-3;
     return {home_.x(), home_.y(), -depth};
   }
 
@@ -88,10 +88,10 @@ Row RunRow(StereoSite* site, const Scene& scene, double peak, double speed, cons
   const SkewedCameras& seen = *cameras;
   PointsSense sense(scene, std::move(cameras));
   Row row;
-  for (int pair = 0; pair < kRest + kMoving && sense.Acquire({}); ++pair) {
+  for (int pair = 0; pair < kRestPairs + kMoving && sense.Acquire({}); ++pair) {
     sense.Process();
     const ContactEstimate& estimate = sense.Estimate({seen.truth().p_S_tip, std::nullopt});
-    if (pair < kRest) continue;
+    if (pair < kRestPairs) continue;
     if (estimate.validity != Validity::kValid || !estimate.force) continue;
     const double error = (*estimate.force - seen.truth().force).norm() / peak;
     ++row.valid;
@@ -109,7 +109,7 @@ void ExpectRightOrNotValid(const std::vector<double>& speeds, const std::vector<
   StereoSite site(scene);
   site.SolveAhead();
   const Eigen::Vector3d home = scene.manipulator.home;
-  site.MoveTool({home.x(), home.y(), -kDepth});
+  site.MoveTool({home.x(), home.y(), -kSkewDepth});
   const double peak = site.truth().force.norm();
   for (const double speed : speeds) {
     for (const Skew& skew : skews) {

@@ -18,10 +18,10 @@
 namespace palpate::testing_fakes {
 namespace {
 
-constexpr double kRadius = 0.039, kThickness = 0.0035;  // [m]
-constexpr double kYoung = 27.2e6, kPoisson = 0.45;      // [Pa], [-]
-constexpr double kDotRadius = 0.002;                    // [m]
-constexpr auto kPeriod = std::chrono::milliseconds(5);
+constexpr double kWatchedRadius = 0.039, kWatchedThickness = 0.0035;  // [m]
+constexpr double kWatchedYoung = 27.2e6, kWatchedPoisson = 0.45;      // [Pa], [-]
+constexpr double kDotRadius = 0.002;                                  // [m]
+constexpr auto kWatchPeriod = std::chrono::milliseconds(5);
 
 constexpr int kPairs = 8;  // so that the rest frame's noise is averaged
 Eigen::Vector3d Normal(const Press& press, const Eigen::Vector2d& p) {
@@ -36,7 +36,7 @@ Eigen::Vector3d Normal(const Press& press, const Eigen::Vector2d& p) {
 
 }  // namespace
 
-Scene MembraneScene(const std::string& points, const std::string& model) {
+Scene ReadMembrane(const std::string& points, const std::string& model) {
   const auto file = std::filesystem::temp_directory_path() /
                     ("membrane-scene-" + std::to_string(getpid()) + ".yaml");
   std::ofstream(file)
@@ -58,13 +58,14 @@ Scene MembraneScene(const std::string& points, const std::string& model) {
 }
 
 double PlateDeflection(double force, const Eigen::Vector2d& p_O_load, const Eigen::Vector2d& p_O) {
-  const double a2 = kRadius * kRadius, p2 = p_O_load.squaredNorm(), r2 = p_O.squaredNorm();
+  const double a2 = kWatchedRadius * kWatchedRadius, p2 = p_O_load.squaredNorm(),
+               r2 = p_O.squaredNorm();
   if (r2 >= a2) return 0;
   const double along = p_O.dot(p_O_load);
   const double R1 = r2 + p2 - 2 * along, R2 = a2 + r2 * p2 / a2 - 2 * along;  // squares
   const double logarithm = R1 > 0 ? R1 * std::log(R1 / R2) : 0;
-  return 3 * force * (1 - kPoisson * kPoisson) /
-         (4 * std::numbers::pi * kYoung * std::pow(kThickness, 3)) *
+  return 3 * force * (1 - kWatchedPoisson * kWatchedPoisson) /
+         (4 * std::numbers::pi * kWatchedYoung * std::pow(kWatchedThickness, 3)) *
          ((a2 - p2) * (a2 - r2) / a2 + logarithm);
 }
 
@@ -108,7 +109,7 @@ void MembraneEnvironment::Break() {
 
 std::optional<StereoPair> MembraneSource::Next(const std::stop_token& stop) {
   while (!stop.stop_requested()) {
-    std::this_thread::sleep_for(kPeriod);
+    std::this_thread::sleep_for(kWatchPeriod);
     const std::lock_guard lock(environment_->mutex_);
     if (environment_->broken_) throw std::runtime_error("the cable is off");
     if (environment_->ended_) break;

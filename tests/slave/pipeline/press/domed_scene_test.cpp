@@ -12,6 +12,7 @@
 
 #include "slave/mechanics/membrane/inflated_membrane.h"
 #include "slave/pipeline/points/points_sense.h"
+#include "tests/slave/pipeline/given_images.h"
 #include "tests/slave/pipeline/press/pressed_dome.h"
 #include "tests/slave/vision/depth/depth_images.h"
 
@@ -23,16 +24,17 @@ using Eigen::Vector3d;
 
 const Vector3d kAxes(0.06, 0.045, 0.05);
 const Vector3d p_S_O(0.002, -0.003, 0.06);  // the rim's centre
-constexpr double kInflation = 0.04, kModulus = 1200, kTension = 300, kAir = 8e-4, kTool = 0.014;
+constexpr double kInflation = 0.04, kDomeModulus = 1200, kDomeTension = 300, kAir = 8e-4,
+                 kTool = 0.014;
 
 Scene DomedScene() {
   Scene scene;
   scene.object.geometry = DomeGeometry{kAxes, kInflation, 0.5e-3, kAir};
   scene.object.X_SO.translation() = p_S_O;
-  scene.object.material = {.young_modulus = kModulus / 0.5e-3, .poisson_ratio = 0.5};
+  scene.object.material = {.young_modulus = kDomeModulus / 0.5e-3, .poisson_ratio = 0.5};
   scene.tool = Tool{.width = kTool};
   scene.model.kind = "membrane";
-  scene.model.prestress = kTension;
+  scene.model.prestress = kDomeTension;
   PointsOptions points;
   points.cameras = TestDepthCamera();
   points.points.track = PointTracking::Track::kSurface;
@@ -42,9 +44,10 @@ Scene DomedScene() {
 
 // A membrane with four times as many triangles as the scene's model. The pressure is even on a disc
 // and decreases to 0 at its edge.
-class Truth {
+class DomeTruth {
  public:
-  Truth() : membrane_(Shape(), Params()), u_(membrane_.surface().nodes.size(), Vector3d::Zero()) {}
+  DomeTruth()
+      : membrane_(Shape(), Params()), u_(membrane_.surface().nodes.size(), Vector3d::Zero()) {}
 
   void Press(const std::vector<Pressure>& pressures) {
     u_ = DisplacementsUnder(pressures, kTool, membrane_);
@@ -87,7 +90,7 @@ class Truth {
     return MeshDomedMembrane(ellipsoid, Vector3d::UnitZ(), 0, 32);
   }
   static InflatedMembrane::Params Params() {
-    InflatedMembrane::Params params{.modulus = kModulus, .tension = kTension};
+    InflatedMembrane::Params params{.modulus = kDomeModulus, .tension = kDomeTension};
     params.air_stiffness = (101'325 + InflatedMembrane(Shape(), params).pressure()) / kAir;
     return params;
   }
@@ -118,28 +121,10 @@ class Truth {
   std::vector<Vector3d> u_;
 };
 
-// Images that the test hands over.
-class Given final : public StereoSource {
- public:
-  explicit Given(std::shared_ptr<std::deque<cv::Mat>> images) : images_(std::move(images)) {}
-  std::optional<StereoPair> Next(const std::stop_token&) override {
-    StereoPair pair;
-    pair.sequence = ++sequence_;
-    pair.left = images_->front();
-    images_->pop_front();
-    return pair;
-  }
-  [[nodiscard]] std::string description() const override { return "given"; }
-
- private:
-  std::shared_ptr<std::deque<cv::Mat>> images_;
-  std::uint64_t sequence_ = 0;
-};
-
 class DomedSceneTest : public ::testing::Test {
  protected:
   explicit DomedSceneTest(const Scene& scene = DomedScene())
-      : sense_(scene, std::make_unique<Given>(images_)) {
+      : sense_(scene, std::make_unique<GivenImages>(images_)) {
     for (int i = 0; i < 5; ++i) Estimate({});
   }
   const ContactEstimate& Estimate(const std::vector<Pressure>& pressures) {
@@ -150,7 +135,7 @@ class DomedSceneTest : public ::testing::Test {
     return sense_.Estimate({p_S_O + Vector3d(0, 0, 2 * kInflation), std::nullopt});
   }
 
-  Truth truth_;
+  DomeTruth truth_;
   std::mt19937 random_{3};
   std::shared_ptr<std::deque<cv::Mat>> images_ = std::make_shared<std::deque<cv::Mat>>();
   PointsSense sense_;

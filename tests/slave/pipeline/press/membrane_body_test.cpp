@@ -10,11 +10,11 @@
 namespace palpate {
 namespace {
 
-constexpr double kRadius = 0.05;
+constexpr double kBodyRadius = 0.05;
 
 InflatedMembrane TestMembrane() {
   Ellipsoid sphere;
-  sphere.semi_axes *= kRadius;
+  sphere.semi_axes *= kBodyRadius;
   return {MeshDomedMembrane(sphere, {0, 0, 1}, 0.01, 10),
           {.modulus = 1400, .tension = 320, .air_stiffness = 3e8}};
 }
@@ -83,7 +83,7 @@ TEST_F(MembraneBodyTest, FittingAllocatesNothingForThePointsItKnows) {
   const long before = AllocationCount();
   for (int k = 0; k < 5; ++k) {
     body_.Fit(points);
-    body_.PressAt({0, 0, kRadius}, 1e-3);
+    body_.PressAt({0, 0, kBodyRadius}, 1e-3);
   }
   EXPECT_EQ(AllocationCount(), before);
 }

@@ -56,17 +56,17 @@ class PressedTruth {
   std::mt19937 random_{5};
 };
 
-constexpr double kModulus = 1400, kTension = 320;
+constexpr double kMembraneModulus = 1400, kMembraneTension = 320;
 
 MembranePress TestPress(const MembranePress::Params& params = {}) {
   return {InflatedMembrane(MeshDomedMembrane(TestEllipsoid(), {0, 0, 1}, 0.005, 14),
-                           {.modulus = kModulus, .tension = kTension}),
+                           {.modulus = kMembraneModulus, .tension = kMembraneTension}),
           params};
 }
 
 // Reference: the scatter of the forces over 60 draws of the noise, with a small model error.
 TEST(MembranePress, TheStatedSigmaCoversTheScatter) {
-  PressedTruth truth(kModulus, kTension);
+  PressedTruth truth(kMembraneModulus, kMembraneTension);
   MembranePress press = TestPress({.model_error = 1e-6});
   const Eigen::Vector3d p_O = truth.PlaceNear({-0.02, 0.01, 0.04});
   double sum = 0;
@@ -85,7 +85,7 @@ TEST(MembranePress, TheStatedSigmaCoversTheScatter) {
 }
 
 TEST(MembranePress, UnusablePointsAreExcludedOrNoLoadIsFound) {
-  PressedTruth truth(kModulus, kTension);
+  PressedTruth truth(kMembraneModulus, kMembraneTension);
   MembranePress press = TestPress();
   auto points = truth.Points(truth.PlaceNear({0, 0, 0.047}), 1, 20e-6);
   EXPECT_FALSE(press.Fit({}).found);

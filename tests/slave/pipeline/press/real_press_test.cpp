@@ -18,8 +18,8 @@ namespace fs = std::filesystem;
 
 constexpr int kLastTraining = 65;
 // The plane of the rim: the skin ends at its mount, whose depth does not change.
-constexpr double kRim = 0.058;    // z of the camera's frame [m]
-constexpr double kPoisson = 0.5;  // rubber
+constexpr double kRim = 0.058;          // z of the camera's frame [m]
+constexpr double kRubberPoisson = 0.5;  // rubber
 constexpr std::size_t kRestImages = 5;
 constexpr double kWrench = 0.2;  // noise of the force sensor [N]
 
@@ -88,7 +88,7 @@ Scene RecordedScene() {
   Scene scene;
   scene.object.geometry = DomeGeometry{{70e-3, 49.6e-3, 71e-3}, 42.4e-3, kThickness, 0.6e-3};
   scene.object.X_SO.translation() = Eigen::Vector3d(29.7e-3, 0.1e-3, kRim);
-  scene.object.material = {.young_modulus = 1212 / kThickness, .poisson_ratio = kPoisson};
+  scene.object.material = {.young_modulus = 1212 / kThickness, .poisson_ratio = kRubberPoisson};
   scene.tool = Tool{.width = 0.014};
   scene.model.kind = "membrane";
   scene.model.prestress = 295;

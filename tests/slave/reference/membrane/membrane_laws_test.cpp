@@ -19,7 +19,7 @@ namespace {
 
 using Eigen::Vector2d;
 
-constexpr double kRadius = 0.039, kYoung = 27.2e6, kPoisson = 0.45;
+constexpr double kLawRadius = 0.039, kLawYoung = 27.2e6, kLawPoisson = 0.45;
 
 struct Laws {
   double depth = 0, truth = 0;  // [m], [N]
@@ -32,12 +32,12 @@ struct Laws {
 
 // The dots of paper C's membrane, without noise: displacements along z of its inner face, at the
 // places where the dots rest.
-std::vector<Laws> Compare(double thickness, double width, const Vector2d& p_O, double step) {
-  PressedMembrane truth({kRadius, thickness}, {kYoung, kPoisson}, width, p_O);
-  PlateLargeModel plate({.radius = kRadius,
+std::vector<Laws> CompareLaws(double thickness, double width, const Vector2d& p_O, double step) {
+  PressedMembrane truth({kLawRadius, thickness}, {kLawYoung, kLawPoisson}, width, p_O);
+  PlateLargeModel plate({.radius = kLawRadius,
                          .thickness = thickness,
-                         .young_modulus = kYoung,
-                         .poisson_ratio = kPoisson,
+                         .young_modulus = kLawYoung,
+                         .poisson_ratio = kLawPoisson,
                          .order = 20});
   LoadFitter fitter(plate, {width});
   const auto dots = DotPlaces(PointTracking{});
@@ -53,7 +53,7 @@ std::vector<Laws> Compare(double thickness, double width, const Vector2d& p_O, d
     const LoadFit fit = fitter.Fit(dots, displacement, sigma);
     const double force = truth.press().depth_steps.back()->force;
     const double stated =
-        plate::ExcessAtDepth({p_O.norm() / kRadius, depth / kRadius, thickness / kRadius});
+        plate::ExcessAtDepth({p_O.norm() / kLawRadius, depth / kLawRadius, thickness / kLawRadius});
     all.push_back({depth, -force, response.force_O.z() / force, fit.force / force,
                    (fit.p_O - p_O).norm(), stated, response.validity != Validity::kValid});
   }
@@ -78,7 +78,7 @@ void ExpectStated(const std::vector<Laws>& all) {
 }
 
 Vector2d Beside(double radii) {
-  return radii * kRadius * Vector2d(std::cos(0.4), std::sin(0.4));
+  return radii * kLawRadius * Vector2d(std::cos(0.4), std::sin(0.4));
 }
 
 // The allowed error is 5 % of the force, or 1 % of the force at 5 mm. At every half millimetre, at
@@ -86,7 +86,7 @@ Vector2d Beside(double radii) {
 // neo-Hookean membrane must be within half of this. Measured: -1.8 to 2.6 %.
 TEST(MembraneLaws, DotsDetermineTheForceOfTheOtherLaw) {
   for (const double radii : {0.0, 0.3, 0.5, 0.7}) {
-    const auto all = Compare(1e-3, 0.004, Beside(radii), 0.5e-3);
+    const auto all = CompareLaws(1e-3, 0.004, Beside(radii), 0.5e-3);
     ExpectStated(all);
     for (const Laws& laws : all) {
       const double allowed = std::max(0.05, 0.01 * all.back().truth / laws.truth);
@@ -100,10 +100,10 @@ TEST(MembraneLaws, DotsDetermineTheForceOfTheOtherLaw) {
 // mm farther out (5 mm for the wide tool). Measured: -0.6 to 3.4 % of the force, misplaced by 0.2
 // mm.
 TEST(MembraneLaws, DotsDetermineForceAndPlaceOfARigidTool) {
-  PlateLargeModel plate({.radius = kRadius,
+  PlateLargeModel plate({.radius = kLawRadius,
                          .thickness = 1e-3,
-                         .young_modulus = kYoung,
-                         .poisson_ratio = kPoisson,
+                         .young_modulus = kLawYoung,
+                         .poisson_ratio = kLawPoisson,
                          .order = 20});
   const auto dots = DotPlaces(PointTracking{});
   const std::vector<double> sigma(dots.size(), 50e-6);
@@ -111,7 +111,7 @@ TEST(MembraneLaws, DotsDetermineForceAndPlaceOfARigidTool) {
   for (const double width : {0.004, 0.012}) {
     for (const double radii : {0.0, 0.5}) {
       const Vector2d p_O = Beside(radii);
-      PressedMembrane truth({kRadius, 1e-3}, {kYoung, kPoisson}, width, p_O, {}, 0,
+      PressedMembrane truth({kLawRadius, 1e-3}, {kLawYoung, kLawPoisson}, width, p_O, {}, 0,
                             ToolFace::kRigid);
       LoadFitter fitter(plate, {width, true});
       for (const double depth : {1e-3, 2e-3, 4e-3}) {
@@ -133,7 +133,7 @@ TEST(MembraneLaws, DotsDetermineForceAndPlaceOfARigidTool) {
 TEST(MembraneLaws, DifferByFourToTenPerCentAtOneDepth) {
   double last = 0.04;
   for (const double thickness : {0.5e-3, 1e-3, 2e-3}) {
-    const auto all = Compare(thickness, 0.010, {0, 0}, 1e-3);
+    const auto all = CompareLaws(thickness, 0.010, {0, 0}, 1e-3);
     const double high = all.back().by_depth - 1;
     EXPECT_GT(high, last - 0.005) << thickness;
     EXPECT_LT(high, 0.10) << thickness;
@@ -146,7 +146,7 @@ TEST(MembraneLaws, DifferByFourToTenPerCentAtOneDepth) {
 TEST(MembraneLaws, OtherThicknessesStayWithinFivePerCent) {
   for (const double thickness : {0.5e-3, 2e-3}) {
     for (const double radii : {thickness < 1e-3 ? 0.3 : 0.0, 0.5}) {
-      const auto all = Compare(thickness, 0.004, Beside(radii), 1e-3);
+      const auto all = CompareLaws(thickness, 0.004, Beside(radii), 1e-3);
       ExpectStated(all);
       for (const Laws& laws : all) {
         EXPECT_LT(std::abs(laws.by_dots - 1), 0.05) << thickness << " " << radii;

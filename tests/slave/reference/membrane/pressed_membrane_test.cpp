@@ -17,13 +17,13 @@ namespace {
 using Eigen::Vector2d;
 using Eigen::Vector3d;
 
-constexpr double kRadius = 0.039, kWidth = 0.004;
-const MembraneGeometry kSheet{.radius = kRadius, .thickness = 0.001};
+constexpr double kDiscRadius = 0.039, kDiscWidth = 0.004;
+const MembraneGeometry kSheet{.radius = kDiscRadius, .thickness = 0.001};
 const Material kRubber{.young_modulus = 27.2e6, .poisson_ratio = 0.45};
 
-MembranePress Pressed(const Vector2d& p_O, const std::vector<double>& depths,
-                      const MembraneResolution& resolution = {}) {
-  PressedMembrane membrane(kSheet, kRubber, kWidth, p_O, resolution);
+MembranePress PressThrough(const Vector2d& p_O, const std::vector<double>& depths,
+                           const MembraneResolution& resolution = {}) {
+  PressedMembrane membrane(kSheet, kRubber, kDiscWidth, p_O, resolution);
   for (const double depth : depths) EXPECT_TRUE(membrane.Deepen(depth)) << depth;
   return membrane.press();
 }
@@ -56,13 +56,14 @@ TEST(PressedMembrane, IsAKirchhoffPlateWhereThinAndHardlyPressed) {
   for (const double thickness : {0.001, 0.0005, 0.00025}) {
     for (const double p : {0.0, 0.5}) {
       const double depth = 0.01 * thickness;
-      PressedMembrane membrane({kRadius, thickness}, kRubber, kWidth, {0, p * kRadius});
+      PressedMembrane membrane({kDiscRadius, thickness}, kRubber, kDiscWidth, {0, p * kDiscRadius});
       ASSERT_TRUE(membrane.Deepen(depth));
-      PlateModel plate({kRadius, thickness, kRubber.young_modulus, kRubber.poisson_ratio});
-      const auto response = contacts::Answer(plate, plates::Moved({0, p * kRadius}, depth, kWidth));
+      PlateModel plate({kDiscRadius, thickness, kRubber.young_modulus, kRubber.poisson_ratio});
+      const auto response =
+          contacts::Answer(plate, plates::Moved({0, p * kDiscRadius}, depth, kDiscWidth));
       const double ratio = membrane.press().depth_steps.back()->force / response.force_O.z();
       EXPECT_LT(ratio, 1.003) << thickness << " " << p;
-      EXPECT_GT(ratio, 1 - 16 * std::pow(thickness / kRadius, 2)) << thickness << " " << p;
+      EXPECT_GT(ratio, 1 - 16 * std::pow(thickness / kDiscRadius, 2)) << thickness << " " << p;
     }
   }
 }
@@ -81,12 +82,12 @@ TEST(PressedMembrane, ARigidFaceTouchesWithItsRim) {
                         {0.5, 0.1, 123.644},
                         {0.3, 0.3, 146.036},
                         {0.5, 0.2, 206.881}}) {
-    const double thickness = kRadius / 80, depth = 0.01 * thickness;
-    PressedMembrane membrane({kRadius, thickness}, kRubber, 2 * c.tool * kRadius,
-                             {c.place * kRadius, 0}, {}, 0, ToolFace::kRigid);
+    const double thickness = kDiscRadius / 80, depth = 0.01 * thickness;
+    PressedMembrane membrane({kDiscRadius, thickness}, kRubber, 2 * c.tool * kDiscRadius,
+                             {c.place * kDiscRadius, 0}, {}, 0, ToolFace::kRigid);
     ASSERT_TRUE(membrane.Deepen(depth));
     const double D = kRubber.young_modulus * std::pow(thickness, 3) / 12 / (1 - 0.45 * 0.45);
-    const double force = c.force * D * depth / (kRadius * kRadius);
+    const double force = c.force * D * depth / (kDiscRadius * kDiscRadius);
     EXPECT_NEAR(-membrane.press().depth_steps.back()->force / force, 1, 0.01)
         << c.place << ' ' << c.tool;
   }
@@ -98,8 +99,8 @@ TEST(PressedMembrane, MeshIsFineEnoughUnderARigidFace) {
   for (const double p : {0.0, 0.5}) {
     std::array<double, 2> force{};
     for (std::size_t k = 0; k < 2; ++k) {
-      PressedMembrane membrane(kSheet, kRubber, kWidth, {p * kRadius, 0}, {k == 0 ? 8 : 12, 1}, 0,
-                               ToolFace::kRigid);
+      PressedMembrane membrane(kSheet, kRubber, kDiscWidth, {p * kDiscRadius, 0},
+                               {k == 0 ? 8 : 12, 1}, 0, ToolFace::kRigid);
       for (const double depth : {1e-3, 2e-3, 4e-3}) ASSERT_TRUE(membrane.Deepen(depth));
       force[k] = membrane.press().depth_steps.back()->force;
     }
@@ -116,25 +117,26 @@ TEST(PressedMembrane, TensionAtRestHoldsTheTool) {
   for (const double share : {0.001, 0.01, 0.03}) {
     const double prestress = share * stiffness;
     for (const double p : {0.0, 0.4}) {
-      PressedMembrane membrane(kSheet, kRubber, kWidth, {p * kRadius, 0}, {}, prestress);
+      PressedMembrane membrane(kSheet, kRubber, kDiscWidth, {p * kDiscRadius, 0}, {}, prestress);
       ASSERT_TRUE(membrane.Deepen(depth));
-      PlateLargeModel plate({.radius = kRadius,
+      PlateLargeModel plate({.radius = kDiscRadius,
                              .thickness = kSheet.thickness,
                              .young_modulus = kRubber.young_modulus,
                              .poisson_ratio = kRubber.poisson_ratio,
                              .prestress = prestress,
                              .order = 20});
-      const auto response = contacts::Answer(plate, plates::Moved({p * kRadius, 0}, depth, kWidth));
+      const auto response =
+          contacts::Answer(plate, plates::Moved({p * kDiscRadius, 0}, depth, kDiscWidth));
       EXPECT_NEAR(membrane.press().depth_steps.back()->force / response.force_O.z(), 1,
                   0.01 + share)
           << share << " " << p;
     }
   }
-  const MembraneGeometry thin{kRadius, 1e-4};
+  const MembraneGeometry thin{kDiscRadius, 1e-4};
   const double prestress = 0.3 * kRubber.young_modulus * thin.thickness, width = 0.02;
   PressedMembrane membrane(thin, kRubber, width, {0, 0}, {}, prestress);
   ASSERT_TRUE(membrane.Deepen(1e-5));
-  const double ideal = 2 * M_PI * prestress * 1e-5 / (std::log(2 * kRadius / width) + 0.5);
+  const double ideal = 2 * M_PI * prestress * 1e-5 / (std::log(2 * kDiscRadius / width) + 0.5);
   EXPECT_NEAR(-membrane.press().depth_steps.back()->force / ideal, 1, 0.01);
 }
 
@@ -142,7 +144,7 @@ struct Difference {
   double force = 0;  // relative
   double field = 0;  // largest, of the depth
 };
-Difference Compare(const MembranePress& a, const MembranePress& b, double depth) {
+Difference DifferenceAt(const MembranePress& a, const MembranePress& b, double depth) {
   Difference difference;
   difference.force = std::abs(ForceAt(a, depth) / ForceAt(b, depth) - 1);
   for (double x = -0.035; x < 0.036; x += 0.005) {
@@ -161,10 +163,10 @@ Difference Compare(const MembranePress& a, const MembranePress& b, double depth)
 TEST(PressedMembrane, MeshIsFineEnough) {
   const std::vector<double> depths{1e-3, 2e-3, 3e-3, 4e-3, 5e-3};
   for (const double p : {0.0, 0.5}) {
-    const auto coarse = Pressed({p * kRadius, 0}, depths);
-    const auto fine = Pressed({p * kRadius, 0}, depths, {12, 1});
+    const auto coarse = PressThrough({p * kDiscRadius, 0}, depths);
+    const auto fine = PressThrough({p * kDiscRadius, 0}, depths, {12, 1});
     for (const double depth : {1e-3, 3e-3, 5e-3}) {
-      const auto difference = Compare(coarse, fine, depth);
+      const auto difference = DifferenceAt(coarse, fine, depth);
       EXPECT_LT(difference.force, 1e-3) << p << " " << depth;
       EXPECT_LT(difference.field, 1.5e-3) << p << " " << depth;
     }
@@ -179,7 +181,8 @@ TEST(PressedMembrane, BetweenDepthStepsIsInterpolated) {
   std::vector<double> depth_steps, between;
   for (int k = 1; k <= 6; ++k) depth_steps.push_back(0.5e-3 * k);
   for (int k = 1; k <= 12; ++k) between.push_back(0.25e-3 * k);
-  const auto a = Pressed({0.01, 0}, depth_steps, coarse), b = Pressed({0.01, 0}, between, coarse);
+  const auto a = PressThrough({0.01, 0}, depth_steps, coarse),
+             b = PressThrough({0.01, 0}, between, coarse);
   for (double depth = 0.25e-3; depth < 3e-3; depth += 0.5e-3) {
     EXPECT_NEAR(ForceAt(a, depth) / ForceAt(b, depth), 1, 3e-3) << depth;
     for (const double x : {-0.02, 0.0, 0.01, 0.02}) {
@@ -198,8 +201,8 @@ TEST(PressedMembrane, SolvesTheExtremes) {
   for (const Case& c :
        {Case{1e-3, 0.5, 0.004, 0.5}, Case{1e-3, -0.9, 0.004, 0.5}, Case{0.0039, 0.45, 0.004, 0},
         Case{1e-4, 0.45, 0.004, 0.3}, Case{1e-3, 0.45, 0.02, 0.4}, Case{1e-3, 0.45, 0.004, 0.89}}) {
-    PressedMembrane membrane({kRadius, c.thickness}, {27.2e6, c.nu}, c.width, {c.p * kRadius, 0},
-                             {6, 1});
+    PressedMembrane membrane({kDiscRadius, c.thickness}, {27.2e6, c.nu}, c.width,
+                             {c.p * kDiscRadius, 0}, {6, 1});
     ASSERT_TRUE(membrane.Deepen(0.5e-3)) << c.thickness << " " << c.nu << " " << c.p;
     ASSERT_TRUE(membrane.Deepen(1e-3)) << c.thickness << " " << c.nu << " " << c.p;
     EXPECT_LT(ForceAt(membrane.press(), 1e-3), 2 * ForceAt(membrane.press(), 0.5e-3));

@@ -54,7 +54,7 @@ struct Grid {
   std::vector<PlacedElement> elements;
 };
 
-VectorXd RandomVector(int size, double scale) {
+VectorXd RandomField(int size, double scale) {
   std::mt19937 random(1);
   std::normal_distribution<double> normal;
   VectorXd v(size);
@@ -66,7 +66,7 @@ TEST(NeoHookeanBody, StiffnessIsTheDerivativeOfTheForces) {
   const Grid grid({1, 0.8, 1.2}, {1, 1, 1}, 3);
   const NeoHookeanBody body(grid.elements, grid.count() - 2, NeoHookean(0.4, 0));
   NeoHookeanBody::Matrix stiffness = body.EmptyMatrix();
-  const VectorXd u = RandomVector(body.size(), 0.005), v = RandomVector(body.size(), 1);
+  const VectorXd u = RandomField(body.size(), 0.005), v = RandomField(body.size(), 1);
   VectorXd forces, up, down;
   ASSERT_TRUE(body.Linearise(u, &forces, &stiffness));
   const double h = 1e-6;  // truncation and rounding: 1e-9
@@ -78,9 +78,9 @@ TEST(NeoHookeanBody, StiffnessIsTheDerivativeOfTheForces) {
 
 // A quarter of the foam cube under a uniform dead load at the centre of its top, normalised by E
 // and the side.
-class PressedCube {
+class SolvedCube {
  public:
-  explicit PressedCube(int half)
+  explicit SolvedCube(int half)
       : grid_({0.5, 0.5, 1}, {half, half, 2 * half}, 2),
         body_(grid_.elements, grid_.count(), NeoHookean(0.15, 0)),
         free_(VectorXd::Ones(body_.size())),
@@ -142,7 +142,7 @@ class PressedCube {
 };
 
 // Loads the cube with a part of the load of a CalculiX case and compares.
-void ExpectCalculix(PressedCube* cube, const reference::json& file, const std::string& fraction,
+void ExpectCalculix(SolvedCube* cube, const reference::json& file, const std::string& fraction,
                     double tolerance) {
   const double side = 0.06;
   ASSERT_TRUE(cube->Carry(std::stod(fraction) / (3800 * side * side))) << fraction;
@@ -157,7 +157,7 @@ void ExpectCalculix(PressedCube* cube, const reference::json& file, const std::s
 // loads.
 TEST(NeoHookeanBody, CubeUnderADeadLoadDeformsAsInCalculix) {
   PALPATE_REFERENCE_OR_SKIP(file, "h_calculix.json");
-  PressedCube cube(6), coarse(3);
+  SolvedCube cube(6), coarse(3);
   ExpectCalculix(&cube, file, "0.25", 0.005);
   ExpectCalculix(&coarse, file, "0.25", 0.02);
   ASSERT_TRUE(coarse.Carry(0.5 / (3800 * 0.06 * 0.06)));  // an intermediate load

@@ -12,7 +12,7 @@
 namespace palpate {
 namespace {
 
-constexpr double kRadius = 0.6e-3;
+constexpr double kSiteRadius = 0.6e-3;
 
 Scene LivingScene(std::uint32_t seed = 1) {
   Scene scene = simulation::EmbryoScene();
@@ -23,8 +23,8 @@ Scene LivingScene(std::uint32_t seed = 1) {
 
 // Moves straight in from the right to `depth` [m], in steps of half a micrometre.
 void PressTo(SimulatedSite& site, double depth) {
-  for (double x = 0.62e-3; x > kRadius - depth; x -= 0.5e-6) site.MoveTool({x, 0, 0});
-  site.MoveTool({kRadius - depth, 0, 0});
+  for (double x = 0.62e-3; x > kSiteRadius - depth; x -= 0.5e-6) site.MoveTool({x, 0, 0});
+  site.MoveTool({kSiteRadius - depth, 0, 0});
 }
 void Retreat(SimulatedSite& site) {
   for (double x = site.truth().p_S_tip.x(); x < 0.65e-3; x += 0.5e-6) site.MoveTool({x, 0, 0});
@@ -56,14 +56,14 @@ TEST(EmbryoSiteTest, BreaksBetweenTheDepthsAndHasNoForceUntilTheToolIsOut) {
       EXPECT_GT(site.truth().force.x(), 0.01);
       double broke = 0;
       for (double depth = 40e-6; depth < 300e-6; depth += 1e-6) {
-        site.MoveTool({kRadius - depth, 0, 0});
+        site.MoveTool({kSiteRadius - depth, 0, 0});
         if (site.truth().punctured && broke == 0) broke = depth;
         if (broke > 0) EXPECT_EQ(site.truth().force.norm(), 0) << depth;
       }
       EXPECT_GT(broke, 50e-6);
       EXPECT_LT(broke, 202e-6);
       depths.insert(broke);
-      site.MoveTool({kRadius - 20e-6, 0, 0});  // nearly out
+      site.MoveTool({kSiteRadius - 20e-6, 0, 0});  // nearly out
       EXPECT_TRUE(site.truth().punctured);
       Retreat(site);
       EXPECT_FALSE(site.truth().punctured);

@@ -34,10 +34,10 @@ std::vector<double> Column(const Samples& samples, std::size_t signal) {
   }
   return column;
 }
-constexpr std::size_t kPac = kElectrodeCount, kPdc = kElectrodeCount + 1;
+constexpr std::size_t kPacChannel = kElectrodeCount, kPdcChannel = kElectrodeCount + 1;
 
 // The difference of neighbouring samples of white noise has sqrt 2 times its standard deviation.
-double Noise(const std::vector<double>& column) {
+double NoiseOfColumn(const std::vector<double>& column) {
   double sum = 0;
   for (std::size_t i = 1; i < column.size(); ++i) sum += std::pow(column[i] - column[i - 1], 2);
   return std::sqrt(0.5 * sum / static_cast<double>(column.size() - 1));
@@ -68,11 +68,11 @@ RestStatistics StatisticsOf(const std::vector<Samples>& fingers) {
   for (const Samples& samples : fingers) {
     for (std::size_t k = 0; k < kElectrodeCount; ++k) {
       const auto column = Column(samples, k);
-      s.noise += std::pow(Noise(column), 2) / kElectrodeCount;
+      s.noise += std::pow(NoiseOfColumn(column), 2) / kElectrodeCount;
       s.drift += DriftSquare(column) / kElectrodeCount;
     }
-    s.pac += std::pow(Noise(Column(samples, kPac)), 2);
-    s.pdc += std::pow(Noise(Column(samples, kPdc)), 2);
+    s.pac += std::pow(NoiseOfColumn(Column(samples, kPacChannel)), 2);
+    s.pdc += std::pow(NoiseOfColumn(Column(samples, kPdcChannel)), 2);
   }
   const auto root = [&](double sum) {
     return std::sqrt(sum / static_cast<double>(fingers.size()));
@@ -119,7 +119,8 @@ TEST_F(FoamRecording, RestingFingersAreAsNoisyAndDriftAsMuchAsRealOnes) {
 }
 
 // |force| of a wrench file at the times given, its own first 50 rows removed [N].
-std::vector<double> ForceAt(const std::filesystem::path& file, const std::vector<double>& times) {
+std::vector<double> ForceColumn(const std::filesystem::path& file,
+                                const std::vector<double>& times) {
   CsvTable rows(file);
   const std::array columns{*rows.Find("rel_time_s"), *rows.Find("fx_N"), *rows.Find("fy_N"),
                            *rows.Find("fz_N")};
@@ -171,7 +172,7 @@ FoamPress PressOf(const Samples& samples, const std::vector<double>& t,
   }
   press.creep = late / early;
   press.left /= press.electrodes;
-  const auto pdc = Column(samples, kPdc), pac = Column(samples, kPac);
+  const auto pdc = Column(samples, kPdcChannel), pac = Column(samples, kPacChannel);
   press.pdc = (mean(pdc, 6.4, 7.3) - Mean(pdc, 0, 200)) / newtons;
   press.pac_at_touch = *std::min_element(pac.begin(), pac.begin() + 400) - Mean(pac, 0, 200);
   return press;
@@ -179,7 +180,7 @@ FoamPress PressOf(const Samples& samples, const std::vector<double>& t,
 
 TEST_F(FoamRecording, APressInFoamReadsLikeTheRealOne) {
   const auto wrench = Data("seed001_rf_foam_bar/sensor_readings_wrench.csv");
-  const std::vector<double> force = ForceAt(wrench, recording_.t);
+  const std::vector<double> force = ForceColumn(wrench, recording_.t);
   SimulatedFingertip fingertip(9);
   Samples simulated;
   // The contact's position on the fingertip is unknown; the most likely one is opposite to the side
@@ -207,7 +208,7 @@ TEST(PlateRecording, AHardPressReadsLikeTheRealOne) {
   if (!std::filesystem::exists(file)) GTEST_SKIP() << file << " is not there";
   const TactileRecording recording = ReadTactileRecording(file, {});
   const Samples& samples = recording.fingers[0].samples;
-  const auto pdc = Column(samples, kPdc);
+  const auto pdc = Column(samples, kPdcChannel);
   std::vector<double> sorted = pdc;
   std::ranges::sort(sorted);
   const double rest_pdc = sorted[sorted.size() / 10];
@@ -223,7 +224,7 @@ TEST(PlateRecording, AHardPressReadsLikeTheRealOne) {
   const Vector3d n = Vector3d(0.11, 0.11, -0.99).normalized();
   FingertipLoad load{simulation::kSkinRadius * n, {0, 0, 0}, 4e-3};
   for (int i = 0; i < 100; ++i) simulated.push_back(fingertip.Sample(nullptr, 0.01));
-  const double start = Mean(Column(simulated, kPdc), 0, 100);
+  const double start = Mean(Column(simulated, kPdcChannel), 0, 100);
   double newtons = 0;
   while (static_cast<double>(simulated.back().pdc) - start < pdc[top] - rest_pdc && newtons < 20) {
     newtons += 0.01;

@@ -15,7 +15,7 @@ namespace {
 
 using Eigen::Vector3d;
 
-constexpr double kYoung = 3800, kPoisson = 0.15, kRadius = 7e-3;
+constexpr double kFoamYoung = 3800, kFoamPoisson = 0.15, kFoamRadius = 7e-3;
 
 PressedBody::Held HeldBelow(const SiteMesh& mesh) {
   PressedBody::Held held;
@@ -36,13 +36,13 @@ SiteMesh CubeMesh(const Vector3d& size, const Vector3d& focus, const SiteResolut
 
 // A 60 mm cube and a fingertip above the centre of the top, with its half sphere lowest.
 struct CubePress {
-  explicit CubePress(const SiteResolution& resolution, double young_modulus = kYoung)
+  explicit CubePress(const SiteResolution& resolution, double young_modulus = kFoamYoung)
       : mesh(CubeMesh(Vector3d::Constant(0.06), {0.03, 0.03, 0.06}, resolution)),
-        body(mesh, HeldBelow(mesh), young_modulus, kPoisson, kRadius) {}
+        body(mesh, HeldBelow(mesh), young_modulus, kFoamPoisson, kFoamRadius) {}
   bool To(double depth) {
     FingerPlacement finger;
     finger.X_OF.linear() = Eigen::AngleAxisd(0.7, Vector3d::UnitY()).toRotationMatrix();
-    finger.X_OF.translation() = Vector3d(0.03, 0.03, 0.06 + kRadius - depth);
+    finger.X_OF.translation() = Vector3d(0.03, 0.03, 0.06 + kFoamRadius - depth);
     finger.approach_O = {0, 0, -1};
     return body.Press(std::array{finger});
   }
@@ -59,11 +59,11 @@ TEST(PressedBody, PressesAreHertzianWithinTheMeshsError) {
   for (const double depth : {0.5e-3, 1e-3, 2e-3, 3e-3}) {
     ASSERT_TRUE(press.To(depth));
     const FingerTouch touch = press.body.TouchOf(0);
-    const double hertz =
-        4.0 / 3 * kYoung / (1 - kPoisson * kPoisson) * std::sqrt(kRadius * std::pow(depth, 3));
+    const double hertz = 4.0 / 3 * kFoamYoung / (1 - kFoamPoisson * kFoamPoisson) *
+                         std::sqrt(kFoamRadius * std::pow(depth, 3));
     EXPECT_NEAR(-touch.force_O.z() / hertz, 1.08, 0.08) << depth;
     EXPECT_LT(touch.force_O.head<2>().norm(), 0.05 * -touch.force_O.z());
-    EXPECT_NEAR(touch.radius, std::sqrt(kRadius * depth), 0.12e-2) << depth;
+    EXPECT_NEAR(touch.radius, std::sqrt(kFoamRadius * depth), 0.12e-2) << depth;
     EXPECT_NEAR(touch.depth, depth, 1e-9);
   }
 }
@@ -87,11 +87,11 @@ TEST(PressedBody, ForceConvergesWithTheMesh) {
 TEST(PressedBody, CubicTetrahedraAgreeWithHexahedra) {
   const Vector3d size = Vector3d::Constant(0.02), middle(0.01, 0.01, 0.02);
   const auto force = [&](const SiteMesh& mesh) {
-    PressedBody body(mesh, HeldBelow(mesh), kYoung, kPoisson, kRadius);
+    PressedBody body(mesh, HeldBelow(mesh), kFoamYoung, kFoamPoisson, kFoamRadius);
     FingerPlacement finger;
     finger.approach_O = {0, 0, -1};
     for (const double depth : {1e-3, 2e-3, 3e-3}) {
-      finger.X_OF.translation() = middle + Vector3d(0, 0, kRadius - depth);
+      finger.X_OF.translation() = middle + Vector3d(0, 0, kFoamRadius - depth);
       EXPECT_TRUE(body.Press(std::array{finger}));
     }
     return -body.TouchOf(0).force_O.z();

@@ -12,7 +12,7 @@ using simulation::CubeScene;
 using simulation::PinchScene;
 
 // Forces on it are 10 to 30 % off, series are solved in a tenth of the time.
-constexpr SiteResolution kCoarse{.edge = 3.5e-3, .fine_reach = 4e-3, .growth = 0.8};
+constexpr SiteResolution kCoarseSite{.edge = 3.5e-3, .fine_reach = 4e-3, .growth = 0.8};
 
 void PressBy(TactileSite* site, double depth, const Vector3d& beside = {0, 0, 0}) {
   site->MoveTool(site->home() + (site->gap() + depth) * site->approach() + beside);
@@ -21,7 +21,7 @@ void PressBy(TactileSite* site, double depth, const Vector3d& beside = {0, 0, 0}
 // Reference: symmetry. Two fingers press as mirror images in a symmetry plane of the body and its
 // hexahedra. Tolerance: Newton's method stops at residuals of 1e-5.
 TEST(TactileSite, PinchingFingersFeelOppositeForces) {
-  TactileSite site(PinchScene(), kCoarse);
+  TactileSite site(PinchScene(), kCoarseSite);
   EXPECT_TRUE(site.approach().isApprox(Vector3d(0, -1, 0)));
   PressBy(&site, 1.5e-3);
   const auto truth = site.truth().fingers;
@@ -35,7 +35,7 @@ TEST(TactileSite, PinchingFingersFeelOppositeForces) {
 // Reference: Mindlin 1949, ratio of tangential to normal stiffness 2 (1 - nu) / (2 - nu), and a
 // friction of 1 at most.
 TEST(TactileSite, SidewaysMotionIsHeldUntilItSlips) {
-  TactileSite site(CubeScene(), kCoarse);
+  TactileSite site(CubeScene(), kCoarseSite);
   PressBy(&site, 1.95e-3);
   const double below = site.truth().fingers[0].force.z();
   PressBy(&site, 2e-3);
@@ -56,7 +56,7 @@ TEST(TactileSite, SidewaysMotionIsHeldUntilItSlips) {
 // beside it is equivalent.
 TEST(TactileSite, WithoutWaitingAnUnsolvedContactIsTheNearestSolvedOne) {
   const Vector3d beside{0, 9e-3, 0};
-  TactileSite site(CubeScene(), kCoarse);
+  TactileSite site(CubeScene(), kCoarseSite);
   PressBy(&site, 2e-3);
   PressBy(&site, -1e-3);
   site.MoveTool(site.home() + (site.gap() + 1.5e-3) * site.approach() + beside,
@@ -82,7 +82,7 @@ TEST(TactileSite, PosesOfObjectAndHandRotateTheWholeScene) {
   X.translation() = Vector3d(0.2, -0.1, 0.4);
   scene.object.X_SO = X;
   scene.sense.Find<Tactile>()->fingers[0].X_SF = X * scene.sense.Find<Tactile>()->fingers[0].X_SF;
-  TactileSite turned(scene, kCoarse), plain(CubeScene(), kCoarse);
+  TactileSite turned(scene, kCoarseSite), plain(CubeScene(), kCoarseSite);
   PressBy(&turned, 1e-3);
   PressBy(&plain, 1e-3);
   const FingerTruth a = turned.truth().fingers[0], b = plain.truth().fingers[0];

@@ -21,10 +21,10 @@ using Eigen::Vector2d;
 using Eigen::Vector3d;
 
 // The properties tested here do not depend on the mesh.
-constexpr simulation::MembraneResolution kCoarse{4, 1};
+constexpr simulation::MembraneResolution kCoarseMembrane{4, 1};
 
 // Paper C's membrane before its pair.
-Scene MembraneScene() {
+Scene SiteScene() {
   Scene scene = testing_fakes::MembraneScene("plate-large");
   scene.object.X_SO.translation() << 0.1, -0.02, 0.03;
   scene.sense.Set(PointsOptions{StereoCameras{.X_SL = scene.object.X_SO * VergedPose(-1)}, {}});
@@ -102,24 +102,24 @@ SeenDot DiscSeen(const StereoSite& site, const Eye& eye, const Vector2d& centre_
   return {moment / sum, sum};
 }
 
-struct Press {
+struct SitePress {
   const char* name;
   Vector2d p_O;
   double depth;
 };
 
-class MembraneImageTest : public testing::TestWithParam<Press> {};
+class MembraneImageTest : public testing::TestWithParam<SitePress> {};
 
 // Reference: discs on the true surface, projected through the rig written down by hand, with the
 // area that they have in the image (the known bias of circles is in it). Tolerance: rounding to 8
 // bit moves the centroid of the 128 px of a dot by less than 0.01 px and its area by less than
 // 0.5 %, the reference's cells by 0.002 px and 0.3 %.
 TEST_P(MembraneImageTest, DotsLieWhereTheTruthProjectsThem) {
-  const Press press = GetParam();
-  Scene scene = MembraneScene();
+  const SitePress press = GetParam();
+  Scene scene = SiteScene();
   scene.site.noise = scene.site.blur = scene.site.lighting = scene.site.flicker = 0;
   scene.manipulator.home = Tip(scene, press.p_O, -5e-3);
-  StereoSite site(scene, kCoarse);
+  StereoSite site(scene, kCoarseMembrane);
   site.MoveTool(Tip(scene, press.p_O, press.depth));
   const StereoImages images = site.TakeImages();
   const std::array<Eye, 2> cameras{Eye{VergedPose(-1).inverse()}, Eye{VergedPose(1).inverse()}};
@@ -140,17 +140,17 @@ TEST_P(MembraneImageTest, DotsLieWhereTheTruthProjectsThem) {
   EXPECT_GT(moved, press.depth > 0 ? 300 * press.depth : -1) << "the dots did not move";
 }
 
-INSTANTIATE_TEST_SUITE_P(Presses, MembraneImageTest,
-                         testing::Values(Press{"rest", {0, 0}, -1e-3},
-                                         Press{"centre", {0, 0}, 4e-3},
-                                         Press{"eccentric", {0.0117 * 0.6, 0.0117 * 0.8}, 2e-3}),
-                         [](const auto& press) { return press.param.name; });
+INSTANTIATE_TEST_SUITE_P(
+    Presses, MembraneImageTest,
+    testing::Values(SitePress{"rest", {0, 0}, -1e-3}, SitePress{"centre", {0, 0}, 4e-3},
+                    SitePress{"eccentric", {0.0117 * 0.6, 0.0117 * 0.8}, 2e-3}),
+    [](const auto& press) { return press.param.name; });
 
 // Reference: the press on the finest mesh in use, with twice as many depth steps. Tolerances: those
 // in the header; measured are 0.12 % and 8 um at most, mainly from the mesh.
 TEST(StereoSite, PressesAwayFromHomeAreAsGoodAsStated) {
   const double radius = 0.018;  // six raster steps, so that no interpolation is needed
-  const Scene scene = MembraneScene();
+  const Scene scene = SiteScene();
   simulation::PressedMembrane fine(std::get<MembraneGeometry>(scene.object.geometry),
                                    scene.object.material, scene.tool->width, {radius, 0});
   std::vector<double> depth_steps{0.1e-3, 0.25e-3};
@@ -173,11 +173,11 @@ TEST(StereoSite, PressesAwayFromHomeAreAsGoodAsStated) {
 
 // Reference: the path of paper C as its formula is printed, with the time of the images.
 TEST(StereoSite, TheTargetFollowsItsPathAPeriodPerPair) {
-  Scene scene = MembraneScene();
+  Scene scene = SiteScene();
   scene.object.geometry = BoxGeometry{{0.04, 0.04, 0.04}, {1, 1, 1}};
   scene.sense.Find<PointTracking>()->track = PointTracking::Track::kTexture;
   scene.site.pace = 3;
-  StereoSite site(scene, kCoarse);
+  StereoSite site(scene, kCoarseMembrane);
   ASSERT_TRUE(site.target());
   const auto path = [&](int image) {
     const double t = 3 * image / 30.0;

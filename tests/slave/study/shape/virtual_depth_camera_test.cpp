@@ -13,7 +13,7 @@ namespace {
 using Eigen::Vector3d;
 
 // Looks along S's z from its origin, x right, y down.
-DepthCamera Camera(double noise = 0) {
+DepthCamera VirtualCamera(double noise = 0) {
   DepthCamera camera;
   camera.size = {160, 120};
   camera.focal = 130;
@@ -38,7 +38,7 @@ double PixelError(const DepthCamera& camera, const Vector3d& p) {
 }
 
 TEST(VirtualDepthCameraTest, PlaneIsHitOncePerPixelOnTheRayThroughItsCentre) {
-  const DepthCamera camera = Camera();
+  const DepthCamera camera = VirtualCamera();
   const auto cloud = ScanSurface(camera, Square(10, 0.8), {}, 1);
   ASSERT_EQ(cloud.size(), 160U * 120U);  // every ray, also those along the shared edge
   for (const auto& p : cloud) {
@@ -50,8 +50,8 @@ TEST(VirtualDepthCameraTest, PlaneIsHitOncePerPixelOnTheRayThroughItsCentre) {
 TEST(VirtualDepthCameraTest, CapsuleHidesTheConeBehindItAndIsNotSeenItself) {
   const SurfaceMesh plane = Square(10, 0.8);
   const Occluder finger{{-0.03, 0, 0.4}, {0.05, 0.02, 0.45}, 0.01};
-  const auto open = ScanSurface(Camera(), plane, {}, 1);
-  const auto cloud = ScanSurface(Camera(), plane, {&finger, 1}, 1);
+  const auto open = ScanSurface(VirtualCamera(), plane, {}, 1);
+  const auto cloud = ScanSurface(VirtualCamera(), plane, {&finger, 1}, 1);
   // Reference: the distance between a ray and the axis as two segments, by fine sampling.
   const auto hidden = [&](const Vector3d& p) {
     double nearest = 1;
@@ -71,11 +71,11 @@ TEST(VirtualDepthCameraTest, CapsuleHidesTheConeBehindItAndIsNotSeenItself) {
 
 TEST(VirtualDepthCameraTest, NoiseIsGaussianAlongTheRayAndDependsOnTheSeedAlone) {
   const double sigma = 0.003;
-  const auto exact = ScanSurface(Camera(), Square(10, 0.8), {}, 1);
-  const auto noisy = ScanSurface(Camera(sigma), Square(10, 0.8), {}, 7);
+  const auto exact = ScanSurface(VirtualCamera(), Square(10, 0.8), {}, 1);
+  const auto noisy = ScanSurface(VirtualCamera(sigma), Square(10, 0.8), {}, 7);
   ASSERT_EQ(exact.size(), noisy.size());
-  EXPECT_EQ(noisy, ScanSurface(Camera(sigma), Square(10, 0.8), {}, 7));
-  EXPECT_NE(noisy, ScanSurface(Camera(sigma), Square(10, 0.8), {}, 8));
+  EXPECT_EQ(noisy, ScanSurface(VirtualCamera(sigma), Square(10, 0.8), {}, 7));
+  EXPECT_NE(noisy, ScanSurface(VirtualCamera(sigma), Square(10, 0.8), {}, 8));
   double sum = 0, squares = 0, within = 0;
   for (std::size_t i = 0; i < exact.size(); ++i) {
     const Vector3d off = noisy[i] - exact[i];
@@ -94,7 +94,7 @@ TEST(VirtualDepthCameraTest, NoiseIsGaussianAlongTheRayAndDependsOnTheSeedAlone)
 TEST(VirtualDepthCameraTest, TriangleThatReachesBehindTheCameraIsCutNotMirrored) {
   // A floor 0.2 m below the camera (y is down) from 1 m behind it to 3 m before it.
   const SurfaceMesh floor{{{-50, 0.2, -1}, {50, 0.2, -1}, {0, 0.2, 3}}, {{0, 1, 2}}};
-  const auto cloud = ScanSurface(Camera(), floor, {}, 1);
+  const auto cloud = ScanSurface(VirtualCamera(), floor, {}, 1);
   ASSERT_GT(cloud.size(), 1000U);
   for (const auto& p : cloud) {
     EXPECT_NEAR(p.y(), 0.2, 1e-12);

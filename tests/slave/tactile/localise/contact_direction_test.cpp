@@ -78,7 +78,7 @@ TEST_F(ContactDirectionTest, OneDeadElectrodeAddsNoMoreThanSigmaSays) {
 // Reference: the force from their network lies within the friction cone about the normal; 30
 // degrees correspond to a coefficient of 0.58. Rows where pdc is 20 counts above rest are in
 // contact.
-TEST(SoftContactTest, IsFoundByTheDefaultWhereTheForcePointsAndNotByThePaper) {
+TEST(SoftContactDirectionTest, IsFoundByTheDefaultWhereTheForcePointsAndNotByThePaper) {
   const auto layout = presses::Layout();
   const auto press = presses::ReadSoftPress();
   if (!layout || !press) GTEST_SKIP() << "../shared/data is absent";

@@ -16,8 +16,8 @@ namespace {
 using Eigen::Vector3d;
 using Status = TouchPlace::Status;
 
-constexpr float kNan = std::numeric_limits<float>::quiet_NaN();
-constexpr float kRest = 3000;
+constexpr float kFloatNan = std::numeric_limits<float>::quiet_NaN();
+constexpr float kRestValue = 3000;
 constexpr std::size_t kPdc = kElectrodeCount + 1;
 
 // All kinds of localisers, on the simulated layout.
@@ -31,7 +31,7 @@ class LocaliserTest : public ::testing::TestWithParam<std::string> {
   static FingerReading RawOf(const TactileSignals& change) {
     FingerReading raw;
     for (std::size_t i = 0; i < kElectrodeCount; ++i) {
-      raw.channels[i] = kRest + static_cast<float>(change[i]);
+      raw.channels[i] = kRestValue + static_cast<float>(change[i]);
     }
     return raw;
   }
@@ -74,14 +74,14 @@ TEST_P(LocaliserTest, FailsOnSignalsThatAreNotFinite) {
     TactileSignals change{};
     change[2] = -50;
     FingerReading raw = RawOf(change);
-    change[i] = kNan;
+    change[i] = kFloatNan;
     EXPECT_EQ(localiser_->Locate(change, raw).status, Status::kFailed) << i;
     change[i] = std::numeric_limits<float>::infinity();
     EXPECT_EQ(localiser_->Locate(change, raw).status, Status::kFailed) << i;
   }
   TactileSignals change{};
   FingerReading raw = RawOf(change);
-  raw.channels[4] = kNan;
+  raw.channels[4] = kFloatNan;
   EXPECT_EQ(localiser_->Locate(change, raw).status, Status::kFailed);
 }
 
@@ -143,7 +143,7 @@ TEST(MakeLocaliserTest, FindsASoftContactUnderWhichNoElectrodeFalls) {
   }
   Tactile tactile;
   FingerReading raw;
-  raw.channels.fill(kRest);
+  raw.channels.fill(kRestValue);
   const TouchPlace place = MakeLocaliser(tactile, layout)->Locate(change, raw);
   EXPECT_TRUE(place.usable());
   EXPECT_GT(place.n_F.y(), 0.7);
@@ -161,7 +161,7 @@ TEST(PaperLocaliserTest, DividesTwiceAndClipsAtFullScale) {
   tactile.localise = "paper";
   const auto localiser = MakeLocaliser(tactile, layout);
   FingerReading raw;
-  raw.channels.fill(kRest);
+  raw.channels.fill(kRestValue);
   TactileSignals change{};
   change[0] = -180;
   change[1] = -60;

@@ -17,23 +17,23 @@ namespace {
 
 using Eigen::Vector3d;
 
-const std::filesystem::path kData = SourcePath("/../shared/data");
+const std::filesystem::path kSharedData = SourcePath("/../shared/data");
 
 // Counts without contact.
-struct Rest {
+struct RestReading {
   std::array<double, kElectrodeCount> electrodes{};
   double pdc = 0;
 };
 
 // Median as in numpy: for an even count, the mean of the two central values.
-double MedianOf(std::vector<double> values) {
+double MedianCounts(std::vector<double> values) {
   std::sort(values.begin(), values.end());
   const std::size_t n = values.size();
   return n == 0 ? 0 : 0.5 * (values[(n - 1) / 2] + values[n / 2]);
 }
 
 // Medians over the samples that are not in contact.
-Rest RestOf(const std::vector<FingerReading>& samples, double least_pdc) {
+RestReading RestOf(const std::vector<FingerReading>& samples, double least_pdc) {
   std::array<std::vector<double>, kElectrodeCount> electrodes;
   std::vector<double> pdc;
   for (const FingerReading& sample : samples) {
@@ -43,13 +43,14 @@ Rest RestOf(const std::vector<FingerReading>& samples, double least_pdc) {
       electrodes[i].push_back(static_cast<double>(sample.channels[i]));
     }
   }
-  Rest rest;
-  rest.pdc = MedianOf(pdc);
-  for (std::size_t i = 0; i < kElectrodeCount; ++i) rest.electrodes[i] = MedianOf(electrodes[i]);
+  RestReading rest;
+  rest.pdc = MedianCounts(pdc);
+  for (std::size_t i = 0; i < kElectrodeCount; ++i)
+    rest.electrodes[i] = MedianCounts(electrodes[i]);
   return rest;
 }
 
-void Append(const FingerReading& sample, const Rest& rest, const Vector3d& normal_F,
+void Append(const FingerReading& sample, const RestReading& rest, const Vector3d& normal_F,
             Presses* presses) {
   TactileSignals change{};
   for (std::size_t i = 0; i < kElectrodeCount; ++i) {
@@ -63,14 +64,14 @@ void Append(const FingerReading& sample, const Rest& rest, const Vector3d& norma
 
 }  // namespace
 
-std::optional<Presses> Read(const std::string& file, double least_pdc) {
-  const auto path = kData / "biotac_contact_direction" / (file + ".csv");
+std::optional<Presses> ReadPresses(const std::string& file, double least_pdc) {
+  const auto path = kSharedData / "biotac_contact_direction" / (file + ".csv");
   if (!std::filesystem::exists(path)) return std::nullopt;
   const auto samples = ReadTactileRecording(path, {}).fingers.at(0).samples;
   const CsvColumns columns = ReadColumns(path);
   const auto nx = NumbersOf(columns, "nx"), ny = NumbersOf(columns, "ny"),
              nz = NumbersOf(columns, "nz");
-  const Rest rest = RestOf(samples, least_pdc);
+  const RestReading rest = RestOf(samples, least_pdc);
   Presses presses;
   for (std::size_t k = 0; k < samples.size(); ++k) {
     if (static_cast<double>(samples[k].pdc) < least_pdc) continue;
@@ -80,13 +81,13 @@ std::optional<Presses> Read(const std::string& file, double least_pdc) {
 }
 
 std::optional<Presses> ReadSoftPress() {
-  const auto folder = kData / "seed001_rf_foam_bar";
+  const auto folder = kSharedData / "seed001_rf_foam_bar";
   if (!std::filesystem::exists(folder / "rh_tactile.csv")) return std::nullopt;
   const std::vector<std::string> finger{"rf"};
   const auto samples =
       ReadTactileRecording(folder / "rh_tactile.csv", finger).fingers.at(0).samples;
   const CsvColumns rests = ReadColumns(folder / "rest_values_rf.csv");
-  Rest rest;
+  RestReading rest;
   for (std::size_t k = 0; k < rests.at("name").size(); ++k) {
     const std::string name = rests.at("name")[k].substr(3);  // without rf_
     const double counts = std::stod(rests.at("rest")[k]);
@@ -108,7 +109,7 @@ std::optional<Presses> ReadSoftPress() {
 }
 
 std::optional<ElectrodeLayout> Layout() {
-  const auto file = kData / "seed001_biotac_lstm/biotac_electrodes_pose.csv";
+  const auto file = kSharedData / "seed001_biotac_lstm/biotac_electrodes_pose.csv";
   if (!std::filesystem::exists(file)) return std::nullopt;
   return ReadElectrodeLayout(file);
 }

@@ -58,10 +58,10 @@ double AngleBetween(const Eigen::Isometry3d& a, const Eigen::Isometry3d& b) {
   return Eigen::AngleAxisd(a.linear().transpose() * b.linear()).angle();
 }
 
-const std::array<double, 5> kBarrel{-0.2, 0.05, 0.001, 0, 0};
+const std::array<double, 5> kRigBarrel{-0.2, 0.05, 0.001, 0, 0};
 
 TEST(RegistrationTest, WithoutNoiseEveryWayFindsThePose) {
-  const StereoRig rig = VergedTestRig(kBarrel);
+  const StereoRig rig = VergedTestRig(kRigBarrel);
   const auto tips = Tips(rig, 12, 0);
   for (const auto& found : {RegisterPair(rig, tips), RegisterLens(rig.left, tips)}) {
     EXPECT_LT((found.X_SC.translation() - TruePose().translation()).norm(), 1e-6);
@@ -74,7 +74,7 @@ TEST(RegistrationTest, WithoutNoiseEveryWayFindsThePose) {
 // by a pair) and 74 % with three; minus two standard deviations of the count in 200 draws, 5 and 6
 // %. Four positions give the depths of a pair one degree of freedom, and a single lens two.
 TEST(RegistrationTest, TheSigmaHoldsWithFewPlacesAsWithMany) {
-  const StereoRig rig = VergedTestRig(kBarrel);
+  const StereoRig rig = VergedTestRig(kRigBarrel);
   constexpr int kDraws = 200;
   for (const int count : {4, 5, 8, 20}) {
     int pairs = 0, lenses = 0, lens_draws = 0;
@@ -106,7 +106,7 @@ std::vector<std::vector<TipPlace>> MirrorsOf(const std::vector<TipPlace>& tips) 
 }
 
 TEST(RegistrationTest, AMirroredTableOfPlacesInSpaceIsRefused) {
-  const StereoRig rig = VergedTestRig(kBarrel);
+  const StereoRig rig = VergedTestRig(kRigBarrel);
   const auto tips = Tips(rig, 14, 0.2);
   EXPECT_THAT(RegisterPair(rig, tips).warnings, IsEmpty());
   EXPECT_THAT(RegisterLens(rig.left, tips).warnings, IsEmpty());
@@ -119,7 +119,7 @@ TEST(RegistrationTest, AMirroredTableOfPlacesInSpaceIsRefused) {
 // Positions on a plane do not reveal a mirrored table; the assumed side of the camera does. The
 // true camera looks towards -z of S from 250 mm above the plane.
 TEST(RegistrationTest, PlacesOnAPlaneDetermineTheSideOfTheCamera) {
-  const StereoRig rig = VergedTestRig(kBarrel);
+  const StereoRig rig = VergedTestRig(kRigBarrel);
   for (const double thickness : {0.0, 0.001}) {
     const auto tips = Tips(rig, 14, 0.2, thickness);
     for (const auto& found : {RegisterPair(rig, tips), RegisterLens(rig.left, tips)}) {
@@ -167,7 +167,7 @@ TEST(RegistrationTest, ASmallPlaneThatMayBeTiltedEitherWayIsRefused) {
 }
 
 TEST(RegistrationTest, OutliersAreLeftOutByName) {
-  const StereoRig rig = VergedTestRig(kBarrel);
+  const StereoRig rig = VergedTestRig(kRigBarrel);
   auto tips = Tips(rig, 15, 0.1);
   tips[3].p_S += Eigen::Vector3d(0.02, 0, 0);
   tips[11].left_I += Eigen::Vector2d(30, 20);

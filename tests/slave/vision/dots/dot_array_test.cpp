@@ -33,7 +33,7 @@ struct View {
   }
 };
 
-std::vector<Dot> Seen(const std::vector<Eigen::Vector2d>& layout, const View& view) {
+std::vector<Dot> SeenDots(const std::vector<Eigen::Vector2d>& layout, const View& view) {
   std::vector<Dot> dots;
   for (const Eigen::Vector2d& p : layout) {
     dots.emplace_back().centre = view(p);
@@ -129,7 +129,7 @@ TEST(DotArray, IsIdentifiedTurnedShiftedAndTilted) {
   for (const double turn : {-0.15, 0.0, 0.1}) {
     for (const double tilt : {-3.0, 0.0, 3.0}) {
       const View view{{300, 260}, turn, tilt, -0.7 * tilt};
-      const Shuffled seen = Shuffle(Seen(Array31(), view), {}, 0, random);
+      const Shuffled seen = Shuffle(SeenDots(Array31(), view), {}, 0, random);
       std::vector<int> picks;
       EXPECT_EQ(array.Identify(seen.dots, Places(Array31(), {}), kAnyArea, &picks), 31)
           << turn << " " << tilt;
@@ -148,7 +148,7 @@ TEST(DotArray, MissingAndSpuriousDotsDoNotMixIdentities) {
       without.insert(static_cast<int>(random() % 31));
     }
     const View view{{320, 240}, 0.003 * (trial - 30), 1, -2};
-    const Shuffled seen = Shuffle(Seen(Array31(), view), without, 10, random);
+    const Shuffled seen = Shuffle(SeenDots(Array31(), view), without, 10, random);
     std::vector<int> picks;
     array.Identify(seen.dots, Places(Array31(), {}), kAnyArea, &picks);
     const int there = 31 - static_cast<int>(without.size());

@@ -17,8 +17,8 @@ namespace {
 
 const std::filesystem::path kDots = SourcePath("/../shared/data/dot_patterns");
 
-std::vector<std::filesystem::path> Images(const std::filesystem::path& folder,
-                                          const std::string& prefix) {
+std::vector<std::filesystem::path> ImageFiles(const std::filesystem::path& folder,
+                                              const std::string& prefix) {
   std::vector<std::filesystem::path> files;
   std::error_code error;
   for (const auto& entry : std::filesystem::directory_iterator(folder, error)) {
@@ -66,7 +66,7 @@ double HomographyResidual(const std::vector<SightedDot>& dots) {
 // grid through a homography includes the uncorrected lens and the paper's curvature besides the
 // centroids' error: 0.14, 0.24 and 0.19 px per axis.
 TEST(RealDots, EveryGridImageShowsItsThirtySixDotsAndNoOther) {
-  const auto files = Images(kDots, "grid36_");
+  const auto files = ImageFiles(kDots, "grid36_");
   if (files.empty()) GTEST_SKIP() << "no images in " << kDots;
   for (const auto& file : files) {
     const cv::Mat image = cv::imread(file.string(), cv::IMREAD_GRAYSCALE);
@@ -129,7 +129,7 @@ void ExpectNamed(const DotTracker& tracker, const std::string& where) {
 // other four. All other dots found are outside the box. The result must not depend on which image
 // comes first and in which order the others follow.
 TEST(RealDots, FiveDotsAreIdentifiedFromAnyImageInBothDirections) {
-  const auto files = Images(kDots / "five_dots_seq", "frame_");
+  const auto files = ImageFiles(kDots / "five_dots_seq", "frame_");
   if (files.empty()) GTEST_SKIP() << "no images in " << kDots;
   std::vector<cv::Mat> images;
   for (const auto& file : files) images.push_back(cv::imread(file.string(), cv::IMREAD_GRAYSCALE));

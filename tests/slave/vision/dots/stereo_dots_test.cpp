@@ -15,7 +15,7 @@
 namespace palpate {
 namespace {
 
-constexpr double kRadius = 0.002;  // of a dot [m]
+constexpr double kDotRadius = 0.002;  // of a dot [m]
 
 // The membrane is a bump of `depth` [m] under `centre`, towards the cameras. Images and expected
 // points come from this function; the images add only perspective.
@@ -47,8 +47,8 @@ struct Pair {
   cv::Mat left, right;
 };
 
-Pair Images(const Bump& bump, std::uint64_t seed, double noise = 2, double fall = 0.15,
-            double blur = 0.7) {
+Pair ImagesOf(const Bump& bump, std::uint64_t seed, double noise = 2, double fall = 0.15,
+              double blur = 0.7) {
   std::vector<Eigen::Vector3d> places, normals;
   for (std::size_t k = 0; k < Layout().size(); ++k) {
     if (std::find(bump.hidden.begin(), bump.hidden.end(), static_cast<int>(k)) !=
@@ -64,7 +64,7 @@ Pair Images(const Bump& bump, std::uint64_t seed, double noise = 2, double fall 
     image.noise = noise;
     image.blur = blur;
     image.light_fall = fall;
-    image.dots = ArraySeen(eye, places, normals, kRadius);
+    image.dots = ArraySeen(eye, places, normals, kDotRadius);
     (eye == 0 ? pair.left : pair.right) = image.Render(2 * seed + static_cast<std::uint64_t>(eye));
   }
   return pair;
@@ -76,14 +76,14 @@ StereoDots::Params Params() {
   params.rig = VergedRig(SceneLens());
   params.X_SL = VergedPose(-1);
   params.layout = Layout();
-  params.dot_radius = kRadius;
+  params.dot_radius = kDotRadius;
   params.rest_images = 3;
   return params;
 }
 
 void Rest(StereoDots* stereo, const Bump& bump = {}) {
   for (std::uint64_t k = 0; k < 3; ++k) {
-    const Pair pair = Images(bump, 100 + k);
+    const Pair pair = ImagesOf(bump, 100 + k);
     stereo->Observe(pair.left, pair.right);
   }
   ASSERT_TRUE(stereo->at_rest_known());
@@ -101,7 +101,7 @@ double Worst(const SurfaceObservation& seen, const Bump& bump) {
   return worst;
 }
 
-int Seen(const SurfaceObservation& observation) {
+int CountSeen(const SurfaceObservation& observation) {
   return static_cast<int>(std::count_if(observation.points.begin(), observation.points.end(),
                                         [](const SurfacePoint& point) { return point.seen; }));
 }
@@ -117,10 +117,10 @@ TEST(StereoDots, MeasuresTheMotionOfEveryDot) {
     Bump bump;
     bump.depth = 0.0005 * step;
     bump.centre = {0.006, -0.004};
-    const Pair pair = Images(bump, static_cast<std::uint64_t>(step));
+    const Pair pair = ImagesOf(bump, static_cast<std::uint64_t>(step));
     const SurfaceObservation& seen = stereo.Observe(pair.left, pair.right);
     ASSERT_TRUE(seen.found);
-    EXPECT_EQ(Seen(seen), 31) << step;
+    EXPECT_EQ(CountSeen(seen), 31) << step;
     worst = std::max(worst, Worst(seen, bump));
   }
   EXPECT_LT(worst, 0.09e-3);
@@ -135,19 +135,19 @@ TEST(StereoDots, TiltOfTheDotsDoesNotPullThem) {
   StereoDots::Params params = Params();
   params.rest_images = 1;
   params.X_SO = bump.X_SO;
-  const Pair pair = Images(bump, 1, 0, 0);
+  const Pair pair = ImagesOf(bump, 1, 0, 0);
   const auto depth_error = [&](double radius) {
     params.dot_radius = radius;
     StereoDots stereo(params);
     const SurfaceObservation& seen = stereo.Observe(pair.left, pair.right);
-    EXPECT_EQ(Seen(seen), 31);
+    EXPECT_EQ(CountSeen(seen), 31);
     double sum = 0;
     for (std::size_t k = 0; k < Layout().size(); ++k) {
       sum += (seen.points[k].p_S - bump.Place(Layout()[k])).norm() / 31;
     }
     return sum;
   };
-  const double corrected = depth_error(kRadius), uncorrected = depth_error(0);
+  const double corrected = depth_error(kDotRadius), uncorrected = depth_error(0);
   EXPECT_LT(corrected, 8e-6);
   EXPECT_LT(corrected, 0.7 * uncorrected);
 }
@@ -174,12 +174,12 @@ TEST(StereoDots, EachCameraSeesADotsTiltInItsOwnFrame) {
     const Eigen::Isometry3d X_CO = X_OC[eye].inverse();
     for (const Eigen::Vector2d& p : Layout()) {
       images[eye].dots.push_back(DiscSeen(params.rig.left, X_CO * Eigen::Vector3d(p.x(), p.y(), 0),
-                                          X_CO.linear().col(2), kRadius));
+                                          X_CO.linear().col(2), kDotRadius));
     }
   }
   StereoDots stereo(params);
   const SurfaceObservation& seen = stereo.Observe(images[0].Render(), images[1].Render());
-  ASSERT_EQ(Seen(seen), 31);
+  ASSERT_EQ(CountSeen(seen), 31);
   Eigen::Vector3d mean = Eigen::Vector3d::Zero();
   for (std::size_t k = 0; k < Layout().size(); ++k) {
     mean += (seen.points[k].p_S - Bump{}.Place(Layout()[k])) / 31;
@@ -197,7 +197,7 @@ TEST(StereoDots, ErrorsAreAsLargeAsTheCovariancesSay) {
   double mahalanobis = 0;
   int count = 0;
   for (std::uint64_t seed = 1; seed <= 40; ++seed) {
-    const Pair pair = Images(bump, seed, 2, 0);
+    const Pair pair = ImagesOf(bump, seed, 2, 0);
     const SurfaceObservation& seen = stereo.Observe(pair.left, pair.right);
     for (std::size_t k = 0; k < Layout().size(); ++k) {
       const Eigen::Vector3d error = seen.points[k].p_S - bump.Place(Layout()[k]);
@@ -217,10 +217,10 @@ TEST(StereoDots, DotsThatLeaveComeBackAsThemselves) {
     bump.depth = 0.004 * std::sin(0.2 * step) * std::sin(0.2 * step);
     bump.X_SO.translation() << 0.0005 * step, 0.0003 * step, 0.0002 * step;
     if (step >= 10 && step < 30) bump.hidden = {0, 7, 8, 13, 30};
-    const Pair pair = Images(bump, static_cast<std::uint64_t>(step));
+    const Pair pair = ImagesOf(bump, static_cast<std::uint64_t>(step));
     const SurfaceObservation& seen = stereo.Observe(pair.left, pair.right);
     ASSERT_TRUE(seen.found) << step;
-    EXPECT_EQ(Seen(seen), 31 - static_cast<int>(bump.hidden.size())) << step;
+    EXPECT_EQ(CountSeen(seen), 31 - static_cast<int>(bump.hidden.size())) << step;
     for (const int k : bump.hidden) EXPECT_FALSE(seen.points[static_cast<std::size_t>(k)].seen);
     EXPECT_LT(Worst(seen, bump), 0.12e-3) << step;
   }
@@ -232,10 +232,10 @@ TEST(StereoDots, JumpOfOneColumnIsNotTakenForStandingStill) {
   Rest(&stereo);
   Bump bump;
   bump.X_SO.translation() << 0.015, 0, 0;
-  const Pair pair = Images(bump, 3);
+  const Pair pair = ImagesOf(bump, 3);
   const SurfaceObservation& seen = stereo.Observe(pair.left, pair.right);
   ASSERT_TRUE(seen.found);
-  EXPECT_EQ(Seen(seen), 31);
+  EXPECT_EQ(CountSeen(seen), 31);
   EXPECT_LT(Worst(seen, bump), 0.1e-3);
 }
 

@@ -10,11 +10,11 @@
 namespace palpate {
 namespace {
 
-constexpr std::array<double, 5> kBarrel{-0.25, 0.08, 0.001, -0.0005, 0};
+constexpr std::array<double, 5> kWarpBarrel{-0.25, 0.08, 0.001, -0.0005, 0};
 
 // Reference: a pinhole's image of the same point.
 TEST(LensWarpTest, StraightPlacesAreAPinholes) {
-  Lens lens = TestLens(kBarrel);
+  Lens lens = TestLens(kWarpBarrel);
   lens.fx = 810, lens.fy = 790;
   const double f = std::sqrt(810.0 * 790.0);
   for (const double x : {-0.08, 0.0, 0.05}) {
@@ -45,7 +45,7 @@ cv::Mat Waves(const Lens& lens, bool bent) {
 // of a pixel where they rise by up to 13 levels per px is 0.2, chords for curves 0.4, two
 // roundings 1.
 TEST(LensWarpTest, ImagesAreStraightenedAndBent) {
-  const Lens lens = TestLens(kBarrel);
+  const Lens lens = TestLens(kWarpBarrel);
   const cv::Rect inside(8, 8, 624, 464);  // visible in both images
   const auto worst = [&](const cv::Mat& a, const cv::Mat& b) {
     cv::Mat miss;

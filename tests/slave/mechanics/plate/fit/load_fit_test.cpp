@@ -22,7 +22,7 @@ namespace {
 using Eigen::Vector2d;
 using testing::HasSubstr;
 
-constexpr double kRadius = 0.039, kThickness = 0.001, kModulus = 27.2e6, kNu = 0.45;
+constexpr double kFitRadius = 0.039, kFitThickness = 0.001, kFitModulus = 27.2e6, kFitNu = 0.45;
 
 // About thirty dots as in paper C, on a grid of 5 mm within 15 mm of the centre.
 std::vector<Vector2d> Dots() {
@@ -64,8 +64,8 @@ LoadFit FitTo(LoadFitter& fitter, const Image& image) {
 
 // Reference: the load itself, without noise, by points that are trusted to a micrometre.
 TEST(LoadFit, FindsEccentricLoadsThatTheLargestDotMisses) {
-  PlateModel small({kRadius, kThickness, kModulus, kNu});
-  PlateLargeModel large({kRadius, kThickness, kModulus, kNu});
+  PlateModel small({kFitRadius, kFitThickness, kFitModulus, kFitNu});
+  PlateLargeModel large({kFitRadius, kFitThickness, kFitModulus, kFitNu});
   for (PlateSurface* plate :
        {static_cast<PlateSurface*>(&small), static_cast<PlateSurface*>(&large)}) {
     for (const double width : {0.0, 0.004}) {
@@ -78,7 +78,7 @@ TEST(LoadFit, FindsEccentricLoadsThatTheLargestDotMisses) {
           const LoadFit fit = FitTo(fitter, image);
           ASSERT_NE(fit.validity, Validity::kFailed)
               << fit.reason << " " << p.transpose() << " " << force << " " << width;
-          EXPECT_LT((fit.p_O - p).norm(), 1e-4 * kRadius) << p.transpose() << " " << force;
+          EXPECT_LT((fit.p_O - p).norm(), 1e-4 * kFitRadius) << p.transpose() << " " << force;
           EXPECT_NEAR(fit.force / force, 1, 1e-3) << p.transpose() << " " << force;
           EXPECT_LT(fit.residual, 0.1);
         }
@@ -90,7 +90,7 @@ TEST(LoadFit, FindsEccentricLoadsThatTheLargestDotMisses) {
 // A live image cannot wait. Points that no load explains would otherwise press the plate thousands
 // of times.
 TEST(LoadFit, PressesNoMoreThanItIsAllowed) {
-  PlateLargeModel plate({kRadius, kThickness, kModulus, kNu});
+  PlateLargeModel plate({kFitRadius, kFitThickness, kFitModulus, kFitNu});
   LoadFitter fitter(plate, {0.004});
   const Image clear = MakeImage(plate, {0.0123, -0.004}, -1, 0.004, 1e-6, nullptr);
   Image mirrored = clear;
@@ -114,8 +114,8 @@ TEST(LoadFit, PressesNoMoreThanItIsAllowed) {
 // the inverse of their stated covariance, have a mean of three, and the residual is one. With 200
 // images the mean has a standard deviation of sqrt(2 * 3 / 200) = 0.17; four of them are allowed.
 TEST(LoadFit, ErrorsAgreeWithTheStatedCovariance) {
-  PlateModel small({kRadius, kThickness, kModulus, kNu});
-  PlateLargeModel large({kRadius, kThickness, kModulus, kNu, 0, 8});
+  PlateModel small({kFitRadius, kFitThickness, kFitModulus, kFitNu});
+  PlateLargeModel large({kFitRadius, kFitThickness, kFitModulus, kFitNu, 0, 8});
   for (PlateSurface* plate :
        {static_cast<PlateSurface*>(&small), static_cast<PlateSurface*>(&large)}) {
     LoadFitter fitter(*plate, {0.004});
@@ -139,7 +139,7 @@ TEST(LoadFit, ErrorsAgreeWithTheStatedCovariance) {
 
 // The search does not need the last answer as its start, and a wrong start does not harm.
 TEST(LoadFit, FollowsALoadThatJumps) {
-  PlateModel plate({kRadius, kThickness, kModulus, kNu});
+  PlateModel plate({kFitRadius, kFitThickness, kFitModulus, kFitNu});
   LoadFitter fitter(plate, {0});
   std::mt19937 random(9);
   std::uniform_real_distribution<double> unit(-0.02, 0.02);
@@ -152,7 +152,7 @@ TEST(LoadFit, FollowsALoadThatJumps) {
 }
 
 TEST(LoadFit, SaysWhenTheLoadIsNotIdentified) {
-  PlateModel plate({kRadius, kThickness, kModulus, kNu});
+  PlateModel plate({kFitRadius, kFitThickness, kFitModulus, kFitNu});
   LoadFitter fitter(plate, {0});
   std::mt19937 random(11);
   int invented = 0;
@@ -195,7 +195,7 @@ TEST(LoadFit, SaysWhenTheLoadIsNotIdentified) {
 }
 
 TEST(LoadFit, FitsWithoutAllocatingAfterTheFirstCall) {
-  PlateLargeModel plate({kRadius, kThickness, kModulus, kNu});
+  PlateLargeModel plate({kFitRadius, kFitThickness, kFitModulus, kFitNu});
   LoadFitter fitter(plate, {0.004});
   std::mt19937 random(13);
   const Image first = MakeImage(plate, {0.01, 0.003}, -0.5, 0.004, 1e-5, &random);
@@ -212,7 +212,7 @@ TEST(LoadFit, FitsWithoutAllocatingAfterTheFirstCall) {
 // seventh on: the fit gets its derivatives and then no further answer.
 class UnreliablePlate final : public PlateSurface {
  public:
-  UnreliablePlate() : PlateSurface({kRadius, kThickness}) {}
+  UnreliablePlate() : PlateSurface({kFitRadius, kFitThickness}) {}
   [[nodiscard]] int calls() const { return calls_; }
 
  private:
@@ -225,10 +225,10 @@ class UnreliablePlate final : public PlateSurface {
     return true;
   }
   [[nodiscard]] double DisplacementAt(const Vector2d& x) noexcept override {
-    return 3 * plate_.Displacement(solution_, kRadius * x);
+    return 3 * plate_.Displacement(solution_, kFitRadius * x);
   }
 
-  PlateLargeModel plate_{{kRadius, kThickness, kModulus, kNu}};
+  PlateLargeModel plate_{{kFitRadius, kFitThickness, kFitModulus, kFitNu}};
   Solution solution_;
   int calls_ = 0;
 };
@@ -237,7 +237,7 @@ class UnreliablePlate final : public PlateSurface {
 // that the covariances agree within a few percent; with derivatives of the finer plate they would
 // be a ninth.
 TEST(LoadFit, WithoutAFineSolutionTheCoarseOneIsUsed) {
-  PlateLargeModel plate({kRadius, kThickness, kModulus, kNu});
+  PlateLargeModel plate({kFitRadius, kFitThickness, kFitModulus, kFitNu});
   UnreliablePlate finer;
   LoadFitter fitter(plate, {0.004}, &finer);
   std::mt19937 random(17);
@@ -259,7 +259,7 @@ TEST(LoadFit, WithoutAFineSolutionTheCoarseOneIsUsed) {
 }
 
 TEST(LoadFit, RefusesAnImpossibleWidth) {
-  PlateModel plate({kRadius, kThickness, kModulus, kNu});
+  PlateModel plate({kFitRadius, kFitThickness, kFitModulus, kFitNu});
   EXPECT_THROW(LoadFitter(plate, {-1}), std::invalid_argument);
   EXPECT_THROW(LoadFitter(plate, {0.078}), std::invalid_argument);
   EXPECT_THROW(LoadFitter(plate, {std::nan("")}), std::invalid_argument);

@@ -13,17 +13,18 @@
 namespace palpate {
 namespace {
 
-constexpr double kRadius = 0.039, kModulus = 27.2e6, kNu = 0.45, kWidth = 0.004;
+constexpr double kTableRadius = 0.039, kTableModulus = 27.2e6, kTableNu = 0.45, kTableWidth = 0.004;
 
 // Reference: the model, asked at places and depths between the table's. Near the centre, where the
 // model changes from modes to its exact central solution, they differ by 0.7 %.
 TEST(PressTable, IsTheModelBetweenItsEntries) {
   for (const double thickness : {0.0002, 0.001, 0.0039}) {
-    PlateLargeModel plate({kRadius, thickness, kModulus, kNu});
-    const PressTable table(plate, {kWidth});
+    PlateLargeModel plate({kTableRadius, thickness, kTableModulus, kTableNu});
+    const PressTable table(plate, {kTableWidth});
     for (const double r : {0.0032, 0.0071, 0.0117, 0.0195, 0.0292}) {
       for (const double depth : {1e-5, 1.3e-4, 9e-4, 2.1e-3, 4.9e-3}) {
-        const Contact contact{.p_O = {r, 0, 0}, .width = kWidth, .prescribed_O = {0, 0, -depth}};
+        const Contact contact{
+            .p_O = {r, 0, 0}, .width = kTableWidth, .prescribed_O = {0, 0, -depth}};
         ContactResponse response;
         plate.Respond(std::span(&contact, 1), std::span(&response, 1));
         const PressTable::Press press = table.At(r, depth);
@@ -40,12 +41,12 @@ TEST(PressTable, IsTheModelBetweenItsEntries) {
 // (1).
 TEST(PressTable, ForSmallDeflectionsItIsEquationOneOfPaperC) {
   const double t = 0.001;
-  PlateModel plate({kRadius, t, kModulus, kNu});
+  PlateModel plate({kTableRadius, t, kTableModulus, kTableNu});
   const PressTable table(plate, {0});
   for (const double p : {0.0, 0.01, 0.0233, 0.03}) {
-    const double inside = kRadius * kRadius - p * p;
-    const double k = 4 * std::numbers::pi * kModulus * t * t * t * kRadius * kRadius /
-                     (3 * (1 - kNu * kNu) * inside * inside);
+    const double inside = kTableRadius * kTableRadius - p * p;
+    const double k = 4 * std::numbers::pi * kTableModulus * t * t * t * kTableRadius *
+                     kTableRadius / (3 * (1 - kTableNu * kTableNu) * inside * inside);
     const PressTable::Press press = table.At(p, 2e-4);
     EXPECT_NEAR(press.force / (k * 2e-4), 1, 1e-6) << p;
     EXPECT_NEAR(press.stiffness / k, 1, 1e-6) << p;
@@ -56,8 +57,8 @@ TEST(PressTable, ForSmallDeflectionsItIsEquationOneOfPaperC) {
 
 // The force is the integral of the stiffness, so that pressing in steps cannot deliver energy.
 TEST(PressTable, StiffnessIsTheForcesSlope) {
-  PlateLargeModel plate({kRadius, 0.001, kModulus, kNu});
-  const PressTable table(plate, {kWidth});
+  PlateLargeModel plate({kTableRadius, 0.001, kTableModulus, kTableNu});
+  const PressTable table(plate, {kTableWidth});
   for (const double r : {0.0, 0.0103, 0.034, 0.0389}) {
     for (double depth = 1e-4; depth < 0.014; depth += 3.7e-4) {
       const double h = 1e-8;
@@ -68,8 +69,8 @@ TEST(PressTable, StiffnessIsTheForcesSlope) {
 }
 
 TEST(PressTable, AnswersNonsenseWithoutForce) {
-  PlateLargeModel plate({kRadius, 0.001, kModulus, kNu});
-  const PressTable table(plate, {kWidth});
+  PlateLargeModel plate({kTableRadius, 0.001, kTableModulus, kTableNu});
+  const PressTable table(plate, {kTableWidth});
   const long before = AllocationCount();
   const double inf = std::numeric_limits<double>::infinity();
   for (const double bad : {std::nan(""), inf, -inf}) {
