@@ -22,8 +22,8 @@ using Eigen::VectorXd;
 
 constexpr double kPerDecade = 2;
 constexpr int kMaxSweeps = 20'000;
-constexpr double kSettled = 1e-10;    // change in one sweep relative to the largest modulus
-constexpr double kNegligible = 1e-3;  // of the sum: such a term is left out
+constexpr double kSettled = 1e-10;        // change in one sweep relative to the largest modulus
+constexpr double kNegligibleTerm = 1e-3;  // of the sum: such a term is left out
 // Shares of the record [-]: a ramp takes 1 % of its record for 1 % of its strain [derived: steady
 // rate].
 constexpr double kStill = 0.01, kHold = 0.03;
@@ -190,7 +190,7 @@ PronyFit FitSeries(const std::vector<RelaxationTable>& tables) {
   std::vector<Index> used;
   for (Index i = 0; i < solved.x.size(); ++i) {
     const bool last = i + 1 == solved.x.size();
-    if (last || solved.x[i] >= kNegligible * solved.x.sum()) used.push_back(i);
+    if (last || solved.x[i] >= kNegligibleTerm * solved.x.sum()) used.push_back(i);
   }
   solved = Solve(data.A(Eigen::all, used), data.b);
   while (const auto open = SpansZero(solved)) {

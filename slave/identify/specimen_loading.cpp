@@ -142,9 +142,9 @@ void KeepFirstLoading(MaterialTest* test) {
 }
 
 void TakeOffTravel(MaterialTest* test) {
-  constexpr double kBeginning = 0.1;     // part of the range of strains that counts as first rows
-  constexpr std::size_t kMinCount = 3;   // first rows
-  constexpr double kNegligible = 0.005;  // of the largest strain
+  constexpr double kBeginning = 0.1;    // part of the range of strains that counts as first rows
+  constexpr std::size_t kMinCount = 3;  // first rows
+  constexpr double kNegligibleStrain = 0.005;  // of the largest strain
   // There is no load below this part of the expected load at the row's displacement.
   constexpr double kUnloaded = 0.25;
   // Multiple of the expected load above which the load has an offset, too.
@@ -154,7 +154,7 @@ void TakeOffTravel(MaterialTest* test) {
   std::vector<TestRow>& rows = test->rows;
   if (rows.size() < kMinCount + kMinTestRows || !(test->Peak() > 0)) return;
   const double begin = StrainOf(*test, rows.front()), largest = LargestStrain(*test);
-  if (std::abs(begin) <= kNegligible * largest) return;
+  if (std::abs(begin) <= kNegligibleStrain * largest) return;
   std::size_t count = 1;
   while (count < rows.size() && (count < kMinCount || std::abs(StrainOf(*test, rows[count]) -
                                                                begin) < kBeginning * largest)) {

@@ -21,7 +21,7 @@ std::vector<Eigen::Vector2d> ReadPoints(const std::filesystem::path& file) {
 }  // namespace
 
 std::vector<Eigen::Vector2d> ReadContourFile(const std::filesystem::path& file) {
-  constexpr std::uintmax_t kMaxFile = 1 << 20;  // [bytes]
+  constexpr std::uintmax_t kMaxContourFile = 1 << 20;  // [bytes]
   const auto refuse = [&](const std::string& what) {
     throw std::invalid_argument(file.string() + ": " + what);
   };
@@ -29,7 +29,7 @@ std::vector<Eigen::Vector2d> ReadContourFile(const std::filesystem::path& file) 
   if (!std::filesystem::is_regular_file(file, error)) {
     refuse("cannot be read: expected a CSV file of x,y");
   }
-  if (std::filesystem::file_size(file, error) > kMaxFile) {
+  if (std::filesystem::file_size(file, error) > kMaxContourFile) {
     refuse("too large: expected at most 1 MiB");
   }
   std::vector<Eigen::Vector2d> points;

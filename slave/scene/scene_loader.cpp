@@ -107,11 +107,11 @@ class CrossCheck {
     if (scene_.model.prestress > 0 && !IsSkin(geometry)) {
       Refuse("model.prestress", "nothing here: only a membrane is under tension at rest");
     }
-    constexpr std::array kNames{" for a planar outline", " for a membrane", " for a volume",
-                                " for a domed membrane"};
+    constexpr std::array kObjectNames{" for a planar outline", " for a membrane", " for a volume",
+                                      " for a domed membrane"};
     const ObjectClass object = ClassOf(geometry);
     if (!IsKindFor(object, kind)) {
-      Refuse("model.kind", KindsFor(object) + kNames[static_cast<std::size_t>(object)]);
+      Refuse("model.kind", KindsFor(object) + kObjectNames[static_cast<std::size_t>(object)]);
     }
   }
 

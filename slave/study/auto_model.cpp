@@ -85,12 +85,12 @@ std::vector<StudyRow> FitRows(const Scene& scene, std::vector<StudyRow> rows,
 // Returns whether a volume's reference at several places takes some seconds, not minutes; boxes are
 // always graded quickly.
 bool IsQuicklyGraded(const Scene& scene) {
-  constexpr std::size_t kMaxTets = 3'000;
+  constexpr std::size_t kQuickTets = 3'000;
   if (HoldsByNumber(scene)) return false;
   if (std::holds_alternative<BoxGeometry>(scene.object.geometry)) return true;
   const ObjectMesh mesh = MeshObject(scene, std::nullopt);
   const auto* solid = std::get_if<SolidMesh>(&mesh);
-  return solid != nullptr && solid->tets.size() <= kMaxTets;
+  return solid != nullptr && solid->tets.size() <= kQuickTets;
 }
 
 // Moves the contacts to few radii, because the solid for camera measurements takes a second for

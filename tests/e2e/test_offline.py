@@ -189,6 +189,7 @@ class BadInput(FolderTest):
         "verify": ("--sensor", "--out", "out"),
     }
 
+    @deep  # all programs are built
     def test_every_command_has_help_and_refuses_an_unknown_option_and_an_absent_file(self):
         for command, needs in self.COMMANDS.items():
             with self.subTest(command=command):
@@ -198,6 +199,7 @@ class BadInput(FolderTest):
                 self.assertIn("--levitate", self.refuse(2, command, *needs, BLOCK, "--levitate"))
                 self.assertIn("absent.", self.refuse(2, command, *needs, self.out / "absent.yaml"))
 
+    @deep
     def test_unknown_things_on_the_command_line(self):
         self.refuse(2, "serve", BLOCK, "--tls", "certificates")
         self.refuse(2, "levitate", BLOCK)

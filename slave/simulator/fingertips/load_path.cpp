@@ -129,10 +129,10 @@ LoadPathCache::LoadPathCache(const TrueObject& object, double deepest)
       all_series_(kMaxKept) {}
 
 LoadPathCache::Key LoadPathCache::KeyOf(const Vector3d& h_O) const {
-  constexpr double kMaxDistance = 1e6;
+  constexpr double kMaxMultiple = 1e6;
   const auto multiple = [&](const Vector3d& across) {
     return static_cast<int>(
-        std::lround(std::clamp(h_O.dot(across) / kRaster, -kMaxDistance, kMaxDistance)));
+        std::lround(std::clamp(h_O.dot(across) / kRaster, -kMaxMultiple, kMaxMultiple)));
   };
   return {multiple(beside_O_[0]), multiple(beside_O_[1])};
 }

@@ -132,12 +132,12 @@ ElectrodeLayout ReadElectrodeLayout(const std::filesystem::path& file,
 }
 
 ElectrodeLayout SimulatedLayout(double radius) {
-  constexpr double kDegree = std::numbers::pi / 180;  // [rad] [by definition]
+  constexpr double kRadiansPerDegree = std::numbers::pi / 180;  // [rad] [by definition]
   ElectrodeLayout layout;
   for (std::size_t i = 0; i < kElectrodeCount; ++i) {
     const Site& site = kSites[i];
-    const double elevation = site.on_tip ? site.along * kDegree : 0;
-    const double azimuth = site.azimuth * kDegree;
+    const double elevation = site.on_tip ? site.along * kRadiansPerDegree : 0;
+    const double azimuth = site.azimuth * kRadiansPerDegree;
     const Eigen::Vector3d n(std::sin(elevation), std::cos(elevation) * std::sin(azimuth),
                             -std::cos(elevation) * std::cos(azimuth));
     const double x = site.on_tip ? 0 : site.along * radius;

@@ -12,6 +12,7 @@ inline SurfacePatch Plane(double K, int directions = 3) {
   SurfacePatch patch;
   patch.epoch = 1;
   patch.vertices_per_cell = patch.vertex_count = patch.node_count = 1;
+  patch.vertices[0].setZero();
   patch.directions = directions;
   patch.compliance.setIdentity(directions, directions);
   patch.compliance *= static_cast<float>(1 / K);

@@ -23,7 +23,7 @@ struct Exact {
   std::function<Matrix2d(const Vector2d&)> stress;
 };
 
-struct Material {
+struct PlaneMaterial {
   double nu;
   Plane plane;
   [[nodiscard]] double shear_modulus() const { return 1 / (2 * (1 + nu)); }
@@ -35,7 +35,7 @@ struct Material {
 
 // u = H p with a constant stress; at nu = 0.5 H is traceless, and a pressure without displacement
 // is added.
-Exact Uniform(const Material& material, const Matrix2d& stress) {
+Exact Uniform(const PlaneMaterial& material, const Matrix2d& stress) {
   const double E = material.plane_modulus(), nu = material.plane_nu();
   const Matrix2d strain = ((1 + nu) * stress - nu * stress.trace() * Matrix2d::Identity()) / E;
   return {[=](const Vector2d& p) -> Vector2d {
@@ -45,7 +45,7 @@ Exact Uniform(const Material& material, const Matrix2d& stress) {
 }
 
 // s_xx = y: pure bending.
-Exact BendingField(const Material& material) {
+Exact BendingField(const PlaneMaterial& material) {
   const double E = material.plane_modulus(), nu = material.plane_nu();
   return {[=](const Vector2d& p) -> Vector2d {
             return Vector2d(p.x() * p.y(), -0.5 * (p.x() * p.x() + nu * p.y() * p.y())) / E;
@@ -55,7 +55,7 @@ Exact BendingField(const Material& material) {
 
 // u = grad f with f harmonic keeps every volume and solves Navier's equations for any nu; the
 // stress is 2 G grad grad f. Here f = exp(2 x) cos(2 y) / 4.
-Exact HarmonicField(const Material& material) {
+Exact HarmonicField(const PlaneMaterial& material) {
   const double G = material.shear_modulus();
   return {[](const Vector2d& p) -> Vector2d {
             return 0.5 * std::exp(2 * p.x()) * Vector2d(std::cos(2 * p.y()), -std::sin(2 * p.y()));
@@ -68,7 +68,7 @@ Exact HarmonicField(const Material& material) {
 
 // The displacement of f = ln r about `centre`: a source in a hole. The plain equations lose this
 // field at nu = 0.5.
-Exact Source(const Material& material, const Vector2d& centre) {
+Exact Source(const PlaneMaterial& material, const Vector2d& centre) {
   const double G = material.shear_modulus();
   return {[=](const Vector2d& p) -> Vector2d { return (p - centre) / (p - centre).squaredNorm(); },
           [=](const Vector2d& p) -> Matrix2d {
@@ -84,7 +84,7 @@ Exact Sum(const Exact& one, const Exact& other) {
       [=](const Vector2d& p) -> Matrix2d { return one.stress(p) + other.stress(p); }};
 }
 
-ReferenceProblem HeldOnTheLeft(const BoundaryMesh& mesh, const Material& material,
+ReferenceProblem HeldOnTheLeft(const BoundaryMesh& mesh, const PlaneMaterial& material,
                                ElementOrder order) {
   ReferenceProblem problem = bodies::Free(mesh, material.nu, material.plane);
   problem.order = order;
@@ -141,11 +141,12 @@ BoundaryMesh Perforated(int count) {
       count);
 }
 
-const std::array<Material, 5> kMaterials{
-    Material{0.3, Plane::kStress}, Material{0.5, Plane::kStress}, Material{-0.9, Plane::kStrain},
-    Material{0.3, Plane::kStrain}, Material{0.5, Plane::kStrain}};
+const std::array<PlaneMaterial, 5> kMaterials{
+    PlaneMaterial{0.3, Plane::kStress}, PlaneMaterial{0.5, Plane::kStress},
+    PlaneMaterial{-0.9, Plane::kStrain}, PlaneMaterial{0.3, Plane::kStrain},
+    PlaneMaterial{0.5, Plane::kStrain}};
 
-std::string NameOfMaterial(const Material& m) {
+std::string NameOfMaterial(const PlaneMaterial& m) {
   return (m.plane == Plane::kStress ? "plane stress, nu " : "plane strain, nu ") +
          std::to_string(m.nu);
 }
@@ -154,8 +155,8 @@ std::string NameOfMaterial(const Material& m) {
 // represent, too. Tolerance: double precision with integration errors and a condition of 1e3 to
 // 1e5.
 TEST(ElementOrder, ElementsPassThePatchTestsOfTheirOrder) {
-  const auto expect_exact = [](const Material& material, ElementOrder order, const Exact& exact,
-                               const std::string& field) {
+  const auto expect_exact = [](const PlaneMaterial& material, ElementOrder order,
+                               const Exact& exact, const std::string& field) {
     for (const auto& mesh : {Rectangle(12), Perforated(22)}) {
       const Errors errors = ErrorsOf(HeldOnTheLeft(mesh, material, order), exact);
       EXPECT_LT(errors.displacement, 1e-9) << NameOfMaterial(material) << ", " << field;
@@ -194,7 +195,7 @@ double LastOrder(const std::vector<int>& counts, const std::function<double(int)
 }
 
 constexpr std::array<const char*, 3> kNames{"constant", "linear", "quadratic"};
-std::string Title(ElementOrder order, const Material& material) {
+std::string Title(ElementOrder order, const PlaneMaterial& material) {
   return std::string(kNames[static_cast<std::size_t>(order)]) + ", " + NameOfMaterial(material);
 }
 
@@ -216,7 +217,7 @@ TEST(ElementOrder, SmoothFieldsConvergeWithTheTextbooksOrder) {
 // Reference: sources in both holes, whose fields become inaccurate as 1 - 2 nu approaches zero.
 TEST(ElementOrder, BodiesWithHolesConvergeUpToNuOneHalf) {
   for (const double nu : {0.3, 0.4999, 0.5}) {
-    const Material material{nu, Plane::kStrain};
+    const PlaneMaterial material{nu, Plane::kStrain};
     const Exact exact = Sum(Source(material, {1.3, 1.1}), Source(material, {3.2, 1.5}));
     const std::vector<int> counts = nu == 0.5 ? std::vector{66, 132, 264} : std::vector{66, 132};
     for (const ElementOrder order : bodies::kOrders) {

@@ -12,7 +12,7 @@ namespace {
 
 using Eigen::Vector3d;
 
-constexpr std::size_t kVersion = 3;  // version of the format on disk
+constexpr std::size_t kGroupsVersion = 3;  // version of the format on disk
 
 // Position along Morton's curve through the bounding box, 20 bits a side.
 std::uint64_t CurvePosition(const Vector3d& p, const Vector3d& low, double side) {
@@ -45,7 +45,7 @@ std::vector<int> NodesAlongCurve(const SurfaceMesh& surface) {
 
 GreenGroups::GreenGroups(const RestStiffness& stiffness)
     : stiffness_(stiffness),
-      hash_(Hash().Add(kVersion).Add(kGroup).Add(stiffness.inputs).value()),
+      hash_(Hash().Add(kGroupsVersion).Add(kGroup).Add(stiffness.inputs).value()),
       node_of_place_(NodesAlongCurve(stiffness.elements.touch_surface)),
       place_of_node_(stiffness.elements.nodes.size(), -1) {
   for (int p = 0; p < places(); ++p) place_of_node_[Index(node_of_place_[Index(p)])] = p;

@@ -28,7 +28,7 @@ class PointsRunTest : public FolderTest {
  protected:
   // Twelve pairs at rest, then six under `press`, as files; the scene that reads them.
   Scene Recorded(const testing_fakes::Press& press) {
-    Scene scene = testing_fakes::MembraneScene();
+    Scene scene = testing_fakes::WatchedMembraneScene();
     WriteRig(folder_ / "rig.yaml", RigOf(scene));
     for (int i = 1; i <= 18; ++i) {
       const auto pair = testing_fakes::DotPairs().Draw(i <= 12 ? testing_fakes::Press{} : press,

@@ -19,8 +19,8 @@ namespace {
 
 using Eigen::Vector3d;
 using testing_fakes::MembraneEnvironment;
-using testing_fakes::MembraneScene;
 using testing_fakes::MembraneSource;
+using testing_fakes::WatchedMembraneScene;
 
 std::unique_ptr<Slave> Watching(const Scene& scene,
                                 std::shared_ptr<MembraneEnvironment> environment) {
@@ -35,7 +35,7 @@ class PointsSenseTest : public ::testing::Test {
  protected:
   PointsSenseTest() {
     environment_->Show({});
-    Scene scene = MembraneScene();
+    Scene scene = WatchedMembraneScene();
     scene.manipulator.blind_after = 60;  // the operator moves on while images fail
     slave_ = Watching(scene, environment_);
     Until(IsValid);
@@ -141,12 +141,12 @@ TEST_F(PointsSenseTest, ASourceThatBreaksIsAnAlarm) {
 TEST(PointsSenseStartTest, ImagesThatAreNotTheRigsAreRefused) {
   auto environment = std::make_shared<MembraneEnvironment>();
   environment->Show({});
-  Scene scene = MembraneScene();
+  Scene scene = WatchedMembraneScene();
   scene.sense.Find<StereoCameras>()->size = {320, 240};
   scene.sense.Find<StereoCameras>()->focal = 400;
   EXPECT_THROW(Watching(scene, environment), std::runtime_error);
   environment->End();
-  EXPECT_THROW(Watching(MembraneScene(), environment), std::runtime_error);
+  EXPECT_THROW(Watching(WatchedMembraneScene(), environment), std::runtime_error);
 }
 
 }  // namespace

@@ -12,10 +12,10 @@ namespace palpate {
 namespace {
 
 using testing_fakes::DotPairs;
-using testing_fakes::MembraneScene;
+using testing_fakes::WatchedMembraneScene;
 
 TEST(SurfacePointTrackerTest, CoveredCamerasSeeNothingAndAResetTakesTheRestAgain) {
-  const Scene scene = MembraneScene();
+  const Scene scene = WatchedMembraneScene();
   const auto tracker = MakeSurfacePointTracker(scene, RigOf(scene));
   const StereoPair rest = DotPairs().Draw({}, 1);
   const StereoPair covered = DotPairs().Draw({0, {0, 0}, true}, 2);

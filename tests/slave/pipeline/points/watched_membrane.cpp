@@ -36,7 +36,7 @@ Eigen::Vector3d Normal(const Press& press, const Eigen::Vector2d& p) {
 
 }  // namespace
 
-Scene ReadMembrane(const std::string& points, const std::string& model) {
+Scene WatchedMembraneScene(const std::string& points, const std::string& model) {
   const auto file = std::filesystem::temp_directory_path() /
                     ("membrane-scene-" + std::to_string(getpid()) + ".yaml");
   std::ofstream(file)

@@ -14,8 +14,8 @@ namespace palpate::testing_fakes {
 
 // The membrane of paper C, 3.5 mm thick (1 mm deep under 4 N), in front of a simulated pair of
 // cameras. `points` and `model` are the keys and values of these maps of the scene.
-Scene MembraneScene(const std::string& points = "track: dots",
-                    const std::string& model = "kind: plate");
+Scene WatchedMembraneScene(const std::string& points = "track: dots",
+                           const std::string& model = "kind: plate");
 
 // Down displacement [m] at p_O of that plate under `force` [N] at p_O_load: paper C, eqs. (1) and
 // (2), as restored in terms of R1 and R2.

@@ -64,7 +64,7 @@ void Append(const FingerReading& sample, const RestReading& rest, const Vector3d
 
 }  // namespace
 
-std::optional<Presses> ReadPresses(const std::string& file, double least_pdc) {
+std::optional<Presses> Read(const std::string& file, double least_pdc) {
   const auto path = kSharedData / "biotac_contact_direction" / (file + ".csv");
   if (!std::filesystem::exists(path)) return std::nullopt;
   const auto samples = ReadTactileRecording(path, {}).fingers.at(0).samples;
