@@ -14,7 +14,7 @@
 namespace palpate {
 
 // Height of a degenerate element, relative to the longest edge ...
-inline constexpr double kFlat = 1e-12;
+inline constexpr double kFlatElement = 1e-12;
 // ... and relative to the largest coordinate: the rounding of three differences.
 inline constexpr double kCoordinateRounding = 8 * std::numeric_limits<double>::epsilon();
 

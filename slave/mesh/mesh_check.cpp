@@ -62,7 +62,7 @@ void CheckShapes(SolidMesh* mesh, const MeshNumbers& numbers, MeshReport* report
   for (std::size_t t = 0; t < mesh->tets.size(); ++t) {
     auto& tet = mesh->tets[t];
     const TetShape shape = ShapeOf(*mesh, tet, scale);
-    const double min_height = kFlat * shape.longest + kCoordinateRounding * largest;
+    const double min_height = kFlatElement * shape.longest + kCoordinateRounding * largest;
     const double height = 3 * std::abs(shape.volume) / shape.largest_face;
     const int element = static_cast<int>(t);
     if (!(shape.largest_face > 0 && height > min_height)) {

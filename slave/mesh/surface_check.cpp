@@ -48,7 +48,7 @@ void CheckShapes(const SurfaceMesh& mesh, const MeshNumbers& numbers, MeshReport
     const double longest =
         std::max({(p(b) - p(a)).norm(), (p(c) - p(b)).norm(), (p(a) - p(c)).norm()});
     const double height = longest > 0 ? ((p(b) - p(a)) / longest).cross(p(c) - p(a)).norm() : 0;
-    if (!(height > kFlat * longest + kCoordinateRounding * largest)) {
+    if (!(height > kFlatElement * longest + kCoordinateRounding * largest)) {
       flat.push_back(static_cast<int>(t));
       quality.push_back(0);
       continue;

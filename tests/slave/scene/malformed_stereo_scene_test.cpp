@@ -16,7 +16,7 @@ using ::testing::HasSubstr;
 
 // One mistake: its text and position, and the accepted values in the message.
 struct BadScene {
-  Lines lines;
+  SceneLines lines;
   std::string message;
 
   friend std::ostream& operator<<(std::ostream& out, const BadScene& bad) {
@@ -35,7 +35,7 @@ TEST_P(BadStereoSceneTest, IsReportedOnceWithItsPlace) {
 
 using Words = const std::string&;
 
-BadScene Row(const Lines& lines, Words mistake, Words accepted) {
+BadScene Row(const SceneLines& lines, Words mistake, Words accepted) {
   return {lines, mistake + ": expected " + accepted};
 }
 
@@ -70,7 +70,7 @@ BadScene More(Words more, Words mistake, Words accepted) {
 BadScene Model(Words model, Words mistake, Words accepted) {
   return Row({.model = "{" + model + "}"}, "6: model." + mistake, accepted);
 }
-Lines Volume(Words camera, Words points, Words fixed) {
+SceneLines Volume(Words camera, Words points, Words fixed) {
   return {camera, points, kBox, fixed, "{kind: fem}"};
 }
 constexpr const char* kHeld = "{plane: {axis: z, at: 0 m}}";

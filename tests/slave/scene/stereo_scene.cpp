@@ -19,7 +19,7 @@ std::string RigText(const std::string& cameras) {
 
 }  // namespace
 
-std::string StereoScene(const Lines& lines) {
+std::string StereoScene(const SceneLines& lines) {
   return "name: pair\n"  // 1
          "object:\n"     // 2
          "  geometry: " +
@@ -52,7 +52,7 @@ StereoSceneTest::StereoSceneTest() {
   folder_.Write("words.csv", "0,0\n0.01,zero\n");
 }
 
-std::string StereoSceneTest::MistakesOf(const Lines& lines, SceneUse use) const {
+std::string StereoSceneTest::MistakesOf(const SceneLines& lines, SceneUse use) const {
   return Thrown<SceneError>([&] { Load(lines, use); });
 }
 

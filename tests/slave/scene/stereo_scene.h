@@ -18,7 +18,7 @@ inline constexpr const char* kFiles =
     "{stereo: {left: \"pairs/left_%02d.png\", right: \"pairs/right*.png\", rig: rig.yaml}, "
     "rate: 20 Hz, pose: {translation: [1 mm, 2 mm, -250 mm], rotation: [0, 0, 90 deg]}}";
 
-struct Lines {
+struct SceneLines {
   std::string camera = kPair;
   std::string points = "{}";
   std::string geometry = kMembrane;
@@ -30,17 +30,17 @@ struct Lines {
 
 // Line 2 is `object`, 3 its geometry, 5 the supports, 6 the model, 7 the tool, 9 the camera, 10 the
 // points, from 11 on `more`.
-std::string StereoScene(const Lines& lines);
+std::string StereoScene(const SceneLines& lines);
 
 // A fixture with the files that these scenes use.
 class StereoSceneTest : public ::testing::Test {
  protected:
   StereoSceneTest();
-  Scene Load(const Lines& lines, SceneUse use = SceneUse::kFull) const {
+  Scene Load(const SceneLines& lines, SceneUse use = SceneUse::kFull) const {
     return LoadScene(folder_.Write("scene.yaml", StereoScene(lines)), {}, use);
   }
   // Returns the error message of loading; empty: no error.
-  std::string MistakesOf(const Lines& lines, SceneUse use = SceneUse::kFull) const;
+  std::string MistakesOf(const SceneLines& lines, SceneUse use = SceneUse::kFull) const;
   Scratch folder_;
 };
 

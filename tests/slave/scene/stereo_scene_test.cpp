@@ -15,7 +15,7 @@ using ::testing::HasSubstr;
 // Reference: paper C, 5.1: about 250 mm from the membrane; the left camera is half the baseline to
 // the left of the axis, and both axes meet at the centre, so that O lies on the optical axis.
 TEST_F(StereoSceneTest, ThePairIsInsideAndLooksAtTheMembranesCentreWhereverItIs) {
-  Lines lines;
+  SceneLines lines;
   lines.camera =
       "{source: simulated, rate: 60 Hz, size: [800, 600], pair: {baseline: 100 mm, "
       "focal: 900 px}}";
@@ -102,7 +102,7 @@ TEST_F(StereoSceneTest, AnyNumberOfDotsFitsByDefault) {
   for (const int count : {4, 5, 7, 13, 31, 32, 37, 45, 49, 100, 399, 400}) {
     for (const auto& [radius, width] :
          {std::pair("3 mm", "1 mm"), std::pair("38 mm", "4 mm"), std::pair("2 m", "60 mm")}) {
-      Lines lines;
+      SceneLines lines;
       const std::string thickness = std::string(radius) == "2 m" ? "5 mm" : "0.1 mm";
       lines.geometry =
           std::string("{membrane: {radius: ") + radius + ", thickness: " + thickness + "}}";
@@ -116,7 +116,7 @@ TEST_F(StereoSceneTest, AnyNumberOfDotsFitsByDefault) {
 // An object without supports is tracked. No force is reported, so the camera's pose need not be
 // known.
 TEST_F(StereoSceneTest, AnUnsupportedObjectIsTrackedByItsTexture) {
-  Lines lines;
+  SceneLines lines;
   lines.geometry = kBox;
   lines.fixed = "";
   lines.model = "{kind: auto}";
@@ -139,7 +139,7 @@ TEST_F(StereoSceneTest, TheHandBeginsBeforeTheMembranesCentre) {
   EXPECT_TRUE(flat.manipulator.workspace_min.isApprox(Eigen::Vector3d(-0.117, -0.117, -0.0785)));
   EXPECT_TRUE(flat.manipulator.workspace_max.isApprox(Eigen::Vector3d(0.117, 0.117, 0.0785)));
   EXPECT_DOUBLE_EQ(flat.operator_options.press_depth, 0.055 * 0.078);
-  Lines lines;
+  SceneLines lines;
   lines.fixed += "\n  pose: {translation: [0, 0, 100 mm], rotation: [45 deg, 0, 0]}";
   const Scene tilted = Load(lines);
   const Eigen::Vector3d p_O = tilted.object.X_SO.inverse() * tilted.manipulator.home;

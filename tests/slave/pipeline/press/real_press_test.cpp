@@ -84,11 +84,11 @@ TEST_F(RealPressTest, AtRestThePointsScatterAsTheirSigmaSays) {
 // The ellipsoid that fits the points at rest above the rim to 0.3 mm; modulus and tension fitted to
 // the frames up to 65; the enclosed air that gives the pressure measured at the deepest contact.
 Scene RecordedScene() {
-  constexpr double kThickness = 0.5e-3;
+  constexpr double kWallThickness = 0.5e-3;
   Scene scene;
-  scene.object.geometry = DomeGeometry{{70e-3, 49.6e-3, 71e-3}, 42.4e-3, kThickness, 0.6e-3};
+  scene.object.geometry = DomeGeometry{{70e-3, 49.6e-3, 71e-3}, 42.4e-3, kWallThickness, 0.6e-3};
   scene.object.X_SO.translation() = Eigen::Vector3d(29.7e-3, 0.1e-3, kRim);
-  scene.object.material = {.young_modulus = 1212 / kThickness, .poisson_ratio = kRubberPoisson};
+  scene.object.material = {.young_modulus = 1212 / kWallThickness, .poisson_ratio = kRubberPoisson};
   scene.tool = Tool{.width = 0.014};
   scene.model.kind = "membrane";
   scene.model.prestress = 295;

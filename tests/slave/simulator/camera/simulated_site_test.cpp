@@ -59,14 +59,14 @@ TEST(SimulatedSite, AMovingBodyMovesItsContact) {
 // Reference: a circle does not depend on the direction of its shaft. On the same path of its centre
 // a round end gives the same force to rounding; only the tip's position differs.
 TEST(SimulatedSite, TheForceOfARoundEndDoesNotDependOnItsDirection) {
-  constexpr double kRadius = 0.005;
+  constexpr double kEndRadius = 0.005;
   const auto press = [&](double lean) {
     Scene scene = BlockScene();
     scene.tool->shape = Tool::Shape::kRound;
-    scene.tool->radius = kRadius;
-    scene.tool->width = 2 * kRadius;
+    scene.tool->radius = kEndRadius;
+    scene.tool->width = 2 * kEndRadius;
     scene.tool->direction = {std::sin(lean), -std::cos(lean)};
-    const Eigen::Vector3d tip = kRadius * Eigen::Vector3d(std::sin(lean), -std::cos(lean), 0);
+    const Eigen::Vector3d tip = kEndRadius * Eigen::Vector3d(std::sin(lean), -std::cos(lean), 0);
     scene.manipulator.home = Eigen::Vector3d(kMiddle, kTop + 0.012, 0) + tip;
     SimulatedSite site(scene);
     Carry(site, scene.manipulator.home, Eigen::Vector3d(kMiddle, kTop + 0.001, 0) + tip);

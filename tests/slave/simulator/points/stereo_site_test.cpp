@@ -39,7 +39,7 @@ Vector3d Tip(const Scene& scene, const Vector2d& p_O, double depth) {
 }
 
 // A camera of the scenes' rig, written by hand and not by SimulatedRig().
-struct Eye {
+struct SiteCamera {
   Isometry3d X_CO;
   Vector2d ImageOf(const Vector3d& p_O) const {
     const Vector3d p_C = X_CO * p_O;
@@ -72,11 +72,11 @@ SeenDot DotNear(const cv::Mat& image, const Vector2d& at) {
 
 // Returns the centroid of the disc at centre_O in the image, weighted by image area over cells of
 // rings. The disc is centred at the true point and perpendicular to the surface's normal there.
-SeenDot DiscSeen(const StereoSite& site, const Eye& eye, const Vector2d& centre_O) {
+SeenDot DiscSeen(const StereoSite& site, const SiteCamera& eye, const Vector2d& centre_O) {
   constexpr int kRings = 24, kTurns = 48;
-  constexpr double kRadius = 0.002, kThickness = 0.001, kStep = 3e-5;
+  constexpr double kRingRadius = 0.002, kPlateThickness = 0.001, kStep = 3e-5;
   const auto place = [&](const Vector2d& p) {
-    return Vector3d(Vector3d(p.x(), p.y(), -kThickness) + site.TrueDisplacement(p));
+    return Vector3d(Vector3d(p.x(), p.y(), -kPlateThickness) + site.TrueDisplacement(p));
   };
   const Vector2d dx(kStep, 0), dy(0, kStep);
   const Vector3d n = (place(centre_O + dx) - place(centre_O - dx))
@@ -90,7 +90,7 @@ SeenDot DiscSeen(const StereoSite& site, const Eye& eye, const Vector2d& centre_
   double sum = 0;
   for (int i = 0; i < kRings; ++i) {
     for (int k = 0; k < kTurns; ++k) {
-      const double r0 = kRadius * i / kRings, r1 = kRadius * (i + 1) / kRings;
+      const double r0 = kRingRadius * i / kRings, r1 = kRingRadius * (i + 1) / kRings;
       const double a0 = 2 * std::numbers::pi * k / kTurns;
       const double a1 = 2 * std::numbers::pi * (k + 1) / kTurns;
       const Vector2d p = see(r1, a1) - see(r0, a0), q = see(r0, a1) - see(r1, a0);
@@ -122,7 +122,8 @@ TEST_P(MembraneImageTest, DotsLieWhereTheTruthProjectsThem) {
   StereoSite site(scene, kCoarseMembrane);
   site.MoveTool(Tip(scene, press.p_O, press.depth));
   const StereoImages images = site.TakeImages();
-  const std::array<Eye, 2> cameras{Eye{VergedPose(-1).inverse()}, Eye{VergedPose(1).inverse()}};
+  const std::array<SiteCamera, 2> cameras{SiteCamera{VergedPose(-1).inverse()},
+                                          SiteCamera{VergedPose(1).inverse()}};
   double worst = 0, worst_area = 0, moved = 0;
   for (const Vector2d& p_O : DotPlaces(*scene.sense.Find<PointTracking>())) {
     for (std::size_t e = 0; e < 2; ++e) {

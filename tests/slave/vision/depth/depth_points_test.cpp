@@ -18,7 +18,7 @@ using Surface = std::function<double(double, double)>;
 constexpr DepthNoise kDither{0.05e-3, 1};
 
 // Points of a plane n . p = d.
-Surface Plane(const Eigen::Vector3d& n, double d) {
+Surface FlatSurface(const Eigen::Vector3d& n, double d) {
   return [=](double x, double y) { return d / n.dot(Eigen::Vector3d(x, y, 1)); };
 }
 DepthPoints::Params TestParams() {
@@ -51,8 +51,8 @@ TEST_F(DepthPointsTest, PointsAtRestLieOnTheirPlaneWithItsNormal) {
                        Eigen::AngleAxisd(0.4, Eigen::Vector3d(1, 2, -0.5).normalized());
   DepthPoints cameras(params);
   const Eigen::Vector3d n = Eigen::Vector3d(0.5, -0.3, 1).normalized();
-  TakeRest(&cameras, Plane(n, 0.11), kDither);
-  const auto& seen = cameras.Observe(Image(Plane(n, 0.11)));
+  TakeRest(&cameras, FlatSurface(n, 0.11), kDither);
+  const auto& seen = cameras.Observe(Image(FlatSurface(n, 0.11)));
   ASSERT_TRUE(seen.found);
   ASSERT_EQ(seen.points.size(), 20U * 15U);
   const Eigen::Vector3d n_S = params.camera.X_SD.linear() * n;
@@ -76,7 +76,7 @@ TEST_F(DepthPointsTest, HolesOnASlantDoNotMoveThePoint) {
   DepthPoints cameras(TestParams());
   const Eigen::Vector3d n = Eigen::Vector3d(-0.8, 0, 1).normalized();
   const auto with_hole = [&](bool left, double s) {
-    cv::Mat image = Image(Plane(n, 0.11 + s), kDither);
+    cv::Mat image = Image(FlatSurface(n, 0.11 + s), kDither);
     for (int u = 0; u < image.cols; ++u) {
       if (left ? u % 16 < 4 : u % 16 >= 12) image.col(u).setTo(0);
     }
@@ -100,7 +100,7 @@ TEST_F(DepthPointsTest, TheStatedSigmaIsThatOfTheScatter) {
     params.correlation = patch;
     DepthPoints cameras(params);
     const DepthNoise noise{params.camera.sigma, patch};
-    const Surface plane = Plane({0, 0, 1}, 0.1);
+    const Surface plane = FlatSurface({0, 0, 1}, 0.1);
     TakeRest(&cameras, plane, noise);
     double squares = 0;
     int count = 0;
@@ -125,7 +125,7 @@ TEST_F(DepthPointsTest, TheStatedSigmaIsThatOfTheScatter) {
 // cell stays within five sigma of a mean over clean pixels, 0.08 mm / sqrt(150), and of the rest's.
 TEST_F(DepthPointsTest, OutliersAndHolesDoNotShiftTheMean) {
   DepthPoints cameras(TestParams());
-  const Surface plane = Plane(Eigen::Vector3d(0.3, 0, 1).normalized(), 0.1);
+  const Surface plane = FlatSurface(Eigen::Vector3d(0.3, 0, 1).normalized(), 0.1);
   TakeRest(&cameras, plane, kDither);
   cv::Mat image = Image(plane, {0.08e-3, 1});
   std::uniform_real_distribution<double> uniform;
@@ -143,7 +143,7 @@ TEST_F(DepthPointsTest, OutliersAndHolesDoNotShiftTheMean) {
 
 TEST_F(DepthPointsTest, ImagesThatCannotBeUsedAreNoObservation) {
   DepthPoints cameras(TestParams());
-  const Surface plane = Plane({0, 0, 1}, 0.1);
+  const Surface plane = FlatSurface({0, 0, 1}, 0.1);
   const cv::Mat empty, zeros(240, 320, CV_16UC1, cv::Scalar(0)), bytes(240, 320, CV_8UC1),
       wide(240, 400, CV_16UC1, cv::Scalar(1000)), saturated(240, 320, CV_16UC1, cv::Scalar(65535));
   for (const cv::Mat* bad : {&empty, &zeros, &bytes, &saturated}) {
@@ -165,9 +165,9 @@ TEST_F(DepthPointsTest, ImagesThatCannotBeUsedAreNoObservation) {
 
 TEST_F(DepthPointsTest, ObservingAllocatesNothingOnceTheRestIsKnown) {
   DepthPoints cameras(TestParams());
-  const Surface plane = Plane({0, 0, 1}, 0.1);
+  const Surface plane = FlatSurface({0, 0, 1}, 0.1);
   TakeRest(&cameras, plane);
-  const cv::Mat image = Image(Plane({0, 0, 1}, 0.101), {0.08e-3, 8});
+  const cv::Mat image = Image(FlatSurface({0, 0, 1}, 0.101), {0.08e-3, 8});
   const long before = AllocationCount();
   for (int k = 0; k < 20; ++k) cameras.Observe(image);
   EXPECT_EQ(AllocationCount(), before);
