@@ -2,6 +2,7 @@
 // follows it at a bounded speed through the arm model, so that it lags behind under force.
 #pragma once
 
+#include <algorithm>
 #include <atomic>
 #include <cstdint>
 #include <optional>
@@ -19,13 +20,30 @@ struct PointerAim {
   bool engaged = false;          // the button is pressed: the device follows
   Time received_at{};            // master's clock
   double stamp = 0;              // of the page, returned by `used` once it is applied
+  double gap = 0;                // between two beats of the page's timer, see MaxSilence [s]
 };
 
 class Pointer final : public HapticDevice {
  public:
-  // Timeout of a page [s]: after this silence the operator is disengaged. Browsers on busy machines
-  // are often silent for 0.1 s or more. Meanwhile the last target stays.
-  static constexpr double kSilence = 0.250;
+  // After this silence of the page the tool holds its position [s]: five periods of the page.
+  static constexpr double kHoldAfter = 0.100;
+  // Range of MaxSilence [s].
+  static constexpr double kMinSilence = 0.250, kMaxSilence = 1.0;
+
+  // Silence of a page after which the operator is disengaged [s]. `gap`: the longest time between
+  // two beats of the page's timer in the last seconds, by the page's clock [s], >= 0.
+  //
+  // A browser on a busy machine is late by some tenths of a second, again and again, so that a
+  // constant limit ends every engagement. The limit is twice what the browser itself has measured.
+  // The link is not part of that: a link that gets worse does not prolong the limit.
+  // The tool holds after kHoldAfter, whether the operator is disengaged or not. So the limit only
+  // decides whether the tool continues without a new engagement when the page sends again. After
+  // more than a second people no longer connect an answer with their act (Miller 1968), and the
+  // pressed button may no longer be meant. That bounds the limit, whatever a page reports.
+  [[nodiscard]] static double MaxSilence(double gap) noexcept {
+    constexpr double kMargin = 2;
+    return std::clamp(kMargin * gap, kMinSilence, kMaxSilence);
+  }
 
   // `speed` > 0: largest speed of the intent [m/s]; the arm overshoots it by a fifth. Throws
   // std::invalid_argument otherwise.
@@ -33,6 +51,9 @@ class Pointer final : public HapticDevice {
 
   // Sets the newest target, with finite numbers. Called by one thread.
   void Aim(const PointerAim& aim) noexcept { aims_.Put(aim); }
+  // Returns the silence of the page that ended the last engagement [s]. 0: it did not end so.
+  // Thread-safe.
+  [[nodiscard]] double silence() const noexcept { return silence_; }
   // The stamp of the newest target that a reading has used. Thread-safe.
   [[nodiscard]] double used() const noexcept { return used_; }
 
@@ -49,11 +70,11 @@ class Pointer final : public HapticDevice {
 
  private:
   void TakeAim(Time now) noexcept;
-  void MoveIntent(double dt) noexcept;
+  void MoveIntent(Time now, double dt) noexcept;
 
   const double speed_;  // [m/s]
   LatestValue<PointerAim> aims_;
-  std::atomic<double> used_{0};
+  std::atomic<double> used_{0}, silence_{0};
   std::atomic<bool> holds_{false};
   bool let_go_ = true;  // the page has disengaged since the last timeout
   static_assert(std::atomic<double>::is_always_lock_free);

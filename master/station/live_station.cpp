@@ -172,6 +172,7 @@ void LiveStation::Parts::PutMoment() {
   if (options.pointer != nullptr) {
     moment.pointer_holds = options.pointer->holds();
     moment.pointer_used = options.pointer->used();
+    moment.pointer_silence = options.pointer->silence();
   }
   if (page_views.streams) {
     moment.video_trouble = observer.image_trouble();
@@ -268,8 +269,8 @@ std::string LiveStation::Parts::Point(std::uint64_t page, const PointerCommand& 
   if (options.pointer == nullptr)
     return RefusedJson("the device is not a pointer: connect --device pointer");
   const Time now = Clock::now();
-  if (lead.Hears(page, command.engaged, now)) {
-    options.pointer->Aim({command.p_M, page, command.engaged, now, command.at});
+  if (lead.Hears(page, command.engaged, now, Pointer::MaxSilence(command.gap))) {
+    options.pointer->Aim({command.p_M, page, command.engaged, now, command.at, command.gap});
   } else if (command.engaged) {
     return LedElsewhereJson();
   }

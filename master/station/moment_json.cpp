@@ -254,6 +254,7 @@ std::string StatusJson(const StationMoment& moment) {
                   {"slave_state_age", has_state ? Number(moment.slave_state_age) : Json()},
                   {"pointer_holds", moment.pointer_holds},
                   {"pointer_used", moment.pointer_used},
+                  {"pointer_silence", moment.pointer_silence},
                   {"video_trouble", moment.video_trouble},
                   {"mesh_trouble", moment.mesh_trouble},
                   {"render", ToString(tick.render)},

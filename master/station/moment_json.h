@@ -52,8 +52,9 @@ struct StationMoment {
   SessionStatus status;        // from the session's slow thread
   v1::SlaveState slave_state;  // the newest, as received; `sequence` 0: none yet
   bool pointer_holds = false;
-  double pointer_used = 0;  // stamp of the last applied target of the page; 0: none
-  double frozen_for = 0;    // time since the image is frozen [s]; 0: not frozen, or no image
+  double pointer_used = 0;     // stamp of the last applied target of the page; 0: none
+  double pointer_silence = 0;  // see Pointer::silence [s]
+  double frozen_for = 0;       // time since the image is frozen [s]; 0: not frozen, or no image
   std::string video_trouble, mesh_trouble;
   std::vector<std::string> slave_alarms;     // of the slave's status
   std::string health_trouble;                // why no status is received

@@ -5,6 +5,7 @@ import { readFileSync } from 'node:fs';
 import { beforeEach, mock, test } from 'node:test';
 
 import { FIELD, FIELD_TOPOLOGY, Link, fieldOf, fieldTopologyOf, withTick } from '../../master/station/page/link.js';
+import { BeatGap, Pointer } from '../../master/station/page/pointer.js';
 import { mappingOf } from '../../master/station/page/scales.js';
 import { REASONS, STATES, VALIDITY } from '../../master/station/page/text.js';
 
@@ -128,6 +129,40 @@ test("the pointer is turned by the orientation of the slave's present scene", ()
   near(mappingOf(null, { operator: { orientation: [half, half, 0, 0] } }, first).rotation, [1, 0, 0, 0, 0, -1, 0, 1, 0]);
   near(mappingOf(null, { operator: { orientation: [half, 0, half, 0] } }, first).rotation, [0, 0, 1, 0, 1, 0, -1, 0, 0]);
   near(mappingOf(null, null, first).rotation, first.rotation);
+});
+
+test('the longest gap of the timer is remembered for 5 to 10 s, without the time of a hidden page', () => {
+  const gap = new BeatGap();
+  let now = 1000;
+  const beat = (after) => gap.take((now += after));
+  const longest = () => Math.round(1000 * gap.longest);
+  for (let i = 0; i < 100; ++i) beat(20);
+  assert.equal(longest(), 20);
+  beat(400);
+  const end = now;
+  while (now < end + 4900) beat(20);
+  assert.equal(longest(), 400);
+  while (now < end + 10100) beat(20);
+  assert.equal(longest(), 20);
+  gap.skip();
+  beat(60000);
+  beat(20);
+  assert.equal(longest(), 20);
+});
+
+// The first statuses after the silence may be from its beginning.
+test('a page that was silent lets go and says for how long it was silent', () => {
+  const pointer = { engaged: true, heldSince: 1, silence: null, release() { this.engaged = false; } };
+  const take = (holds, silence) => Pointer.prototype.releaseIfHeld.call(pointer, { pointer_holds: holds, pointer_used: 2, pointer_silence: silence });
+  assert.equal(take(true, 0), null);
+  assert.match(take(false, 0.26), /^The page was silent for 260 ms, so the operator was disengaged/);
+  assert.ok(!pointer.engaged);
+  assert.match(take(false, 1.5), /^The page was silent for 1500 ms/);
+  assert.equal(take(false, 1.5), null, 'it is said once');
+  pointer.engaged = true;
+  assert.equal(take(false, 1.5), null, 'pressed again');
+  assert.equal(take(true, 0), null);
+  assert.ok(pointer.engaged);
 });
 
 // Returns the names of an enumeration's values without their prefix, as in the messages.

@@ -452,8 +452,8 @@ describe('a mouse feels the block', () => {
     middle = [box.x + box.width / 2, box.y + box.height / 2];
   });
 
-  // If a busy machine silences the page for 250 ms, the master disengages it, as required. Then the
-  // gesture is repeated.
+  // If a busy machine silences the page for longer than its limit, the master disengages it, as
+  // required. Then the gesture is repeated.
   const byHand = (gesture, what) => until(gesture, what).catch((error) => stage.explainByLoad(error));
 
   // Holds the button in the middle of the view until the tool follows in a new engagement.
@@ -547,6 +547,40 @@ describe('a mouse feels the block', () => {
     await press();
     await stage.page.mouse.up();
     await stage.when((status) => status.state === 'CLUTCHED' && size(status.chain.sent) === 0, 'CLUTCHED');
+  });
+
+  // Half of the time the page's thread is blocked for longer than the limit of a browser that is in
+  // time.
+  test('a browser that is often late keeps its engagement', async () => {
+    await stage.page.evaluate(() => {
+      window.blocks = 0;
+      window.late = setInterval(() => {
+        for (const end = performance.now() + 300; performance.now() < end;);
+        window.blocks += 1;
+      }, 600);
+    });
+    const blocks = () => stage.page.evaluate(() => window.blocks);
+    await until(async () => (await blocks()) > 1, 'a late timer');
+    await until(async () => {
+      const { epoch } = await press(), before = await blocks();
+      await until(async () => (await blocks()) > before + 4, 'more of it');
+      return stage.status.state === 'FOLLOWING' && stage.status.epoch === epoch;
+    }, 'an engagement that outlasts late timers');
+    await stage.page.evaluate(() => clearInterval(window.late));
+    await stage.page.mouse.up();
+  });
+
+  // The page is blocked for longer than the limit of any browser.
+  test('a page that was silent for too long says for how long, and engages again', async () => {
+    await until(async () => {
+      await press();
+      await stage.page.evaluate(() => { for (const end = performance.now() + 1500; performance.now() < end;); });
+      return soon(async () => Number((await stage.text('hint')).match(/^The page was silent for (\d+) ms, so the operator was disengaged: engage again\./)?.[1]) > 1000);
+    }, 'that the page was silent');
+    await press();
+    await until(async () => !/silent/.test(await stage.text('hint')), 'that it is engaged again');
+    await stage.page.mouse.up();
+    await stage.when((status) => status.state === 'CLUTCHED', 'CLUTCHED');
   });
 
   // The other page draws nothing, so its thread is free to send in time.

@@ -2,8 +2,9 @@
 // the button, the focus, the window or the connection is lost.
 
 // Period of reports while the pointer is held, and the smallest interval between two reports; time
-// after which another client counts as the operator, or the pointer as idle.
-const REPORT_MS = 20, MIN_MS = 8, ELSEWHERE_MS = 500;
+// after which another client counts as the operator, or the pointer as idle; half of the time for
+// which a late timer is remembered.
+const REPORT_MS = 20, MIN_MS = 8, ELSEWHERE_MS = 500, HALF_MS = 5000;
 // Speeds of an arrow key and of a stick [px/s]; dead zone of a stick.
 const KEY_SPEED = 60, PAD_SPEED = 120, PAD_SLACK = 0.15;
 const MOVES = {
@@ -14,6 +15,28 @@ const MOVES = {
   PageUp: [0, 0, 1],
   PageDown: [0, 0, -1],
 };
+
+// Measures how late the browser runs the page's timer. The master tolerates as much silence, within
+// limits.
+export class BeatGap {
+  constructor() {
+    Object.assign(this, { last: null, since: 0, newer: 0, older: 0 });
+  }
+  // `now` [ms]: time of a beat.
+  take(now) {
+    if (this.last !== null) this.newer = Math.max(this.newer, now - this.last);
+    this.last = now;
+    if (now - this.since > HALF_MS) Object.assign(this, { since: now, older: this.newer, newer: 0 });
+  }
+  // Leaves out the present gap. Browsers slow down the timers of a hidden page.
+  skip() {
+    this.last = null;
+  }
+  // The longest time between two beats in the last 5 to 10 s [s].
+  get longest() {
+    return Math.max(this.newer, this.older) / 1000;
+  }
+}
 
 export class Pointer {
   constructor(link, view, mapping) {
@@ -30,6 +53,8 @@ export class Pointer {
       keys: new Set(),
       fingers: new Map(),  // touches on the view: id -> [x, y]
       locked: new Set(),
+      gap: new BeatGap(),
+      silence: null,  // that ended the last engagement [s]
       delay: null,
       sent: null,
       sentAt: 0,
@@ -49,7 +74,10 @@ export class Pointer {
     this.host.addEventListener('wheel', (event) => this.wheel(event), { passive: false });
     this.host.addEventListener('contextmenu', (event) => event.preventDefault());
     window.addEventListener('blur', () => this.release());
-    document.addEventListener('visibilitychange', () => document.hidden && this.release());
+    document.addEventListener('visibilitychange', () => {
+      this.gap.skip();
+      if (document.hidden) this.release();
+    });
     window.addEventListener('pagehide', () => this.release());
     setInterval(() => this.beat(), REPORT_MS);
   }
@@ -149,6 +177,7 @@ export class Pointer {
     return true;
   }
   beat() {
+    if (!document.hidden) this.gap.take(performance.now());
     if (!this.enabled) return;
     const stick = this.readPad();
     if (this.engaged) {
@@ -166,7 +195,7 @@ export class Pointer {
   }
   tell() {
     const at = (this.sentAt = performance.now());
-    this.link.send({ do: 'pointer', at, p_M: this.p, engaged: this.engaged });
+    this.link.send({ do: 'pointer', at, p_M: this.p, engaged: this.engaged, gap: this.gap.longest });
     if (this.engaged) this.sent = at;
     this.wasEngaged = this.engaged;
     this.clutch.setAttribute('aria-pressed', String(this.engaged));
@@ -178,16 +207,20 @@ export class Pointer {
     this.heldElsewhereSince = -Infinity;
     this.isLedElsewhere = true;
   }
-  // Disengages if the master has disengaged after 250 ms without a message. Returns the reason.
+  // Disengages if the master has disengaged because this page was silent. Returns the reason, and
+  // again while the measured silence grows, because the first status may be an old one.
   releaseIfHeld(status) {
     if (status.pointer_holds) this.heldBack = true;
     else if (this.heldBack && this.engaged && status.pointer_used > this.heldSince) {
       this.heldBack = false;
       this.release();
-      return 'The page was silent for 250 ms, so the operator was disengaged: engage again.';
+      this.silence = 0;
     }
     if (!this.engaged) this.heldBack = false;
-    return null;
+    else this.silence = null;
+    if (this.silence === null || status.pointer_silence <= this.silence) return null;
+    this.silence = status.pointer_silence;
+    return `The page was silent for ${Math.round(1e3 * this.silence)} ms, so the operator was disengaged: engage again.`;
   }
   // Measures the time from a report of the page to the status of the tick that used it.
   take(status) {

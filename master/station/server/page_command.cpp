@@ -36,6 +36,8 @@ std::optional<double> Positive(const CommandJson& command, const char* key) {
 
 PointerCommand ReadPointer(const CommandJson& command) {
   PointerCommand pointer{Number(command, "at"), {0, 0, 0}, command.value("engaged", false)};
+  if (command.contains("gap")) pointer.gap = Number(command, "gap");
+  if (pointer.gap < 0) RefuseCommand("gap: expected a number of at least 0");
   const auto place = command.find("p_M");
   if (place == command.end() || !place->is_array() || place->size() != 3) {
     RefuseCommand("p_M: expected three numbers");

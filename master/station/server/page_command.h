@@ -24,11 +24,12 @@ struct PingCommand {
 };
 // {"do": "past"}: answered with {"kind": "past", "samples": [...]}, those of the last 10 s.
 struct PastCommand {};
-// {"do": "pointer", "at": 12.5, "p_M": [x, y, z], "engaged": true}
+// {"do": "pointer", "at": 12.5, "p_M": [x, y, z], "engaged": true, "gap": 0.02}
 struct PointerCommand {
   double at = 0;                 // clock of the page
   Eigen::Vector3d p_M{0, 0, 0};  // [m], within 10 m
   bool engaged = false;
+  double gap = 0;  // see Pointer::MaxSilence [s], >= 0; may be absent
 };
 // {"do": "set", "position_scale": 1, "force_scale": 1, "force_limit": 3.3}, each may be absent
 struct MappingCommand {

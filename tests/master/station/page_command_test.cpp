@@ -21,6 +21,11 @@ TEST(PageCommandTest, ReadsWhatThePageSends) {
       ReadPageCommand(R"({"do":"pointer","at":3,"p_M":[0.1,-0.2,0.3],"engaged":true})"));
   EXPECT_EQ(pointer.p_M, Eigen::Vector3d(0.1, -0.2, 0.3));
   EXPECT_TRUE(pointer.engaged);
+  EXPECT_EQ(pointer.gap, 0);
+  EXPECT_EQ(std::get<PointerCommand>(
+                ReadPageCommand(R"({"do":"pointer","at":3,"p_M":[0,0,0],"gap":0.3})"))
+                .gap,
+            0.3);
   EXPECT_TRUE(std::holds_alternative<MarkCommand>(ReadPageCommand(R"({"do":"mark"})")));
   EXPECT_TRUE(std::holds_alternative<TareCommand>(ReadPageCommand(R"({"do":"tare"})")));
   EXPECT_TRUE(
@@ -49,9 +54,11 @@ TEST(PageCommandTest, RefusesTheRest) {
         R"({"do":"pointer","at":1,"p_M":[0,0,"0"],"engaged":true})",
         R"({"do":"pointer","at":1,"p_M":[0,0,11],"engaged":true})",
         R"({"do":"pointer","at":1,"p_M":[0,0,0],"engaged":"yes"})",
-        R"({"do":"set","force_limit":-1})", R"({"do":"clutch","on":1})", R"({"do":"record"})",
-        R"({"do":"render","mode":1})", R"({"do":"replay","speed":0})",
-        R"({"do":"model","kind":"fem; rm"})", "\xff\xfe", R"({"do":"stop")"}) {
+        R"({"do":"pointer","at":1,"p_M":[0,0,0],"gap":-1})",
+        R"({"do":"pointer","at":1,"p_M":[0,0,0],"gap":"1"})", R"({"do":"set","force_limit":-1})",
+        R"({"do":"clutch","on":1})", R"({"do":"record"})", R"({"do":"render","mode":1})",
+        R"({"do":"replay","speed":0})", R"({"do":"model","kind":"fem; rm"})", "\xff\xfe",
+        R"({"do":"stop")"}) {
     EXPECT_THROW(ReadPageCommand(message), std::invalid_argument) << message;
   }
   EXPECT_THROW(ReadPageCommand(R"({"do":"model","kind":")" + std::string(41, 'a') + "\"}"),

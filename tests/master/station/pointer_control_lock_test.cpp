@@ -46,5 +46,14 @@ TEST(PointerControlLockTest, ASilentPageLosesControlToAnotherPage) {
   EXPECT_TRUE(lead.Hears(kFirst, true, LockTime(340)));
 }
 
+// The page of a busy browser may be silent for as long as the pointer tolerates.
+TEST(PointerControlLockTest, ALatePageKeepsControlForItsOwnLimit) {
+  PointerControlLock lead;
+  EXPECT_TRUE(lead.Hears(kFirst, true, At(0), 0.6));
+  EXPECT_FALSE(lead.Hears(kSecond, true, At(600)));
+  EXPECT_FALSE(lead.Hears(kSecond, false, At(605)));
+  EXPECT_TRUE(lead.Hears(kSecond, true, At(610)));
+}
+
 }  // namespace
 }  // namespace palpate
