@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 #include <cstring>
-#include <limits>
 #include <string_view>
 #include <utility>
 
@@ -224,7 +223,10 @@ void LeaveOutOld(StationMoment* moment) {
     v1::SlaveState& state = moment->slave_state;
     state.set_validity(v1::VALIDITY_STALE);
     state.clear_check();
-    state.set_sigma(std::numeric_limits<float>::quiet_NaN());
+    state.clear_force();
+    state.clear_sigma();
+    state.clear_moment();
+    state.clear_moment_sigma();
     state.clear_local_model();
     state.clear_details();
   }

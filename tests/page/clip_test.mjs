@@ -74,6 +74,17 @@ test('triangles that face away are left out, and of a planar body none', () => {
   assert.deepEqual([...visibleOf([0, 1, 2, 0, 3, 2], image, true)], [0, 1, 2, 0, 3, 2]);
 });
 
+test('a state without a force has no sigma', async () => {
+  const share = new Share();
+  share.takeStatus(state(0));
+  const unknown = state(1, { validity: 'STALE' });
+  delete unknown.slave_state.force;
+  unknown.slave_state.sigma = 0;
+  share.takeStatus(unknown);
+  const { states } = clipOf(await share.file(null, 'x'));
+  assert.deepEqual(states.map(({ force, sigma }) => [force, sigma]), [[0, 0.05], [null, null]]);
+});
+
 test('the moment of a time is the newest before it, and nothing where it is long ago', () => {
   const share = new Share();
   share.takeFieldTopology(TOPOLOGY);

@@ -15,9 +15,9 @@ const GRAM = 9.80665e-3;  // weight of one gram [N]
 const byId = (id) => document.getElementById(id);
 
 // Without a manipulator nothing is rendered; then the page shows the force of the object on the
-// tool, frame S.
+// tool, frame S. NaN: it is unknown.
 const observedForce = ({ link, slave_state: state }) => (link.observes && state?.force ? xyz(state.force) : null);
-export const shownForce = (status) => observedForce(status) || status.chain.sent;
+export const shownForce = (status) => observedForce(status) || (status.link.observes ? [NaN, NaN, NaN] : status.chain.sent);
 
 export class ForcePanel {
   constructor() {
@@ -69,7 +69,7 @@ export class ForcePanel {
     this.showFingers([]);
   }
   holdPeak(status, sent) {
-    const most = Math.max(sent, ...status.samples.map((sample) => sample[3] || 0)), isElsewhere = this.run !== status.replay?.run;
+    const most = Math.max(sent || 0, ...status.samples.map((sample) => sample[3] || 0)), isElsewhere = this.run !== status.replay?.run;
     this.run = status.replay?.run;
     if (isElsewhere || most >= this.peak || status.t - this.peakAt > HOLD_S) {
       this.peak = most;
@@ -84,7 +84,7 @@ export class ForcePanel {
       if (width !== undefined) bar.style.width = share(width);
     };
     set('warn', 0.8 * limit, 0.2 * limit);
-    set('fill', 0, sent);
+    set('fill', 0, sent || 0);
     set('hold', this.peak);
     set('limit', limit);
     const scaled = norm(status.chain.scaled), sigma = (status.slave_state?.sigma || 0) * scales.force_scale;
@@ -92,7 +92,7 @@ export class ForcePanel {
     this.meter.querySelector('.sigma').hidden = !known;
     if (known) set('sigma', scaled - sigma, 2 * sigma);
     this.meter.setAttribute('aria-valuemax', fixed(limit));
-    this.meter.setAttribute('aria-valuenow', fixed(sent));
+    this.meter.setAttribute('aria-valuenow', fixed(sent || 0));
     this.meter.dataset.level = sent > 0.8 * limit ? 'warn' : 'ok';
     write(
       byId('meter-scale'),

@@ -116,7 +116,7 @@ const handlers = {
     charts.takeEvents(share.events);
     if (charts.asksPast(performance.now())) link.send({ do: 'past' });
     replay.show(message);
-    sound.show(norm(shownForce(message)) / (message.force_limit || 1), isTouching(message));
+    sound.show((norm(shownForce(message)) || 0) / (message.force_limit || 1), isTouching(message));
   },
   image(message) {
     imagePanel.take(message);

@@ -57,11 +57,12 @@ export class Share {
     this.keep(this.statuses, { ...message, samples: [] });
     if (!slave || slave.sequence === this.states.at(-1)?.sequence) return;
     const before = this.states.at(-1), isTouching = Boolean(slave.local_model?.in_contact), validity = codeOf(slave.validity, 'VALIDITY_');
+    const isKnown = Boolean(slave.force);
     this.states.push({
       t,
       sequence: slave.sequence,
-      force: slave.force ? Math.hypot(...xyz(slave.force)) : null,
-      sigma: slave.sigma ?? null,
+      force: isKnown ? Math.hypot(...xyz(slave.force)) : null,
+      sigma: isKnown ? slave.sigma : null,
       validity,
       isTouching,
       state,

@@ -61,6 +61,7 @@ TEST(MomentJsonTest, DetailsThatAreTooOldAreUnknown) {
   StationMoment moment = PressedMoment();
   moment.status.fingers = {{"tool", {.force = Eigen::Vector3f(0, 1.5F, 0)}}};
   moment.slave_state.mutable_local_model()->set_revision(1);
+  moment.slave_state.mutable_force()->set_y(1.5F);
   moment.slave_state_age = moment.ticks.newest.state_age = 0.2;
   LeaveOutOld(&moment);
   Json json = Json::parse(StatusJson(moment));
@@ -72,9 +73,10 @@ TEST(MomentJsonTest, DetailsThatAreTooOldAreUnknown) {
   EXPECT_FALSE(json["tick"].contains("estimated"));
   EXPECT_EQ(json["slave_state"]["validity"], "VALIDITY_STALE");
   EXPECT_EQ(json["slave_state_age"], 0.3);
-  for (const char* key : {"details", "local_model"}) {
-    EXPECT_TRUE(json["slave_state"][key].is_null()) << key;
+  for (const char* key : {"details", "local_model", "force", "moment"}) {
+    EXPECT_FALSE(json["slave_state"].contains(key)) << key;
   }
+  EXPECT_EQ(json["slave_state"]["sigma"], 0) << "no meaning without a force";
   EXPECT_TRUE(json["fingers"][0]["force"].is_null());
   EXPECT_EQ(json["fingers"][0]["validity"], "VALIDITY_STALE");
 }
@@ -167,10 +169,18 @@ TEST(MomentJsonTest, TheFieldComesWithItsPlaceInTheImage) {
 
 TEST(MomentJsonTest, InvalidNumbersAndTextsGiveReadableJson) {
   StationMoment moment = PressedMoment();
-  moment.slave_state.set_sigma(std::numeric_limits<float>::quiet_NaN());
+  constexpr float kInfinity = std::numeric_limits<float>::infinity();
+  v1::SlaveState& state = moment.slave_state;
+  state.set_sigma(std::numeric_limits<float>::quiet_NaN());
+  state.mutable_details()->set_misfit(-kInfinity);
+  for (const float number : {kInfinity, 1.0F, -kInfinity}) {
+    state.mutable_local_model()->add_stiffness(number);
+  }
   moment.status.link.trouble = "\xff\xfe \"quoted\" \n";
   const Json json = Json::parse(StatusJson(moment));
-  EXPECT_EQ(json["slave_state"]["sigma"], "NaN");
+  EXPECT_TRUE(json["slave_state"]["sigma"].is_null());
+  EXPECT_TRUE(json["slave_state"]["details"]["misfit"].is_null());
+  EXPECT_EQ(json["slave_state"]["local_model"]["stiffness"], Json::array({nullptr, 1, nullptr}));
   EXPECT_NE(json["link"]["trouble"].get<std::string>().find("\"quoted\""), std::string::npos);
 }
 
