@@ -80,6 +80,13 @@ class Demo(unittest.TestCase):
                 self.assertIn("results of the insertion" if scene == "zebrafish-embryo" else "== passed", printed)
                 self.assertTrue((self.root / "build/demo/log.csv").exists())
 
+    def test_it_builds_without_installing(self):
+        (self.root / "deploy/install.sh").write_text("#!/bin/sh\nexit 1\n")
+        demo = self.root / "deploy/demo.sh"
+        self.assertIn("== passed", self.demo(demo, "--no-install", folder="/"))
+        self.assertIn("--no-install", self.demo(demo, "--help", folder="/"))
+        self.assertNotIn("--no-install", self.demo(self.bin / "palpate-demo", "--help", folder="/"))
+
     def test_it_starts_in_any_folder(self):
         self.assertIn("== passed", self.demo("./palpate-demo", folder=self.bin))
         self.assertTrue((self.bin / "demo/report.json").exists())
