@@ -1,6 +1,6 @@
 # Of the Point Cloud Library only what is used: its own package file would bring VTK and Qt along.
 # Targets pcl_common, pcl_kdtree, ... of the COMPONENTS.
-find_path(PCL_INCLUDE_DIR pcl/point_types.h PATH_SUFFIXES pcl-1.13 pcl-1.14 pcl-1.12)
+find_path(PCL_INCLUDE_DIR pcl/point_types.h PATH_SUFFIXES pcl-1.15 pcl-1.14 pcl-1.13)
 find_package(Eigen3 QUIET)
 foreach(component IN LISTS PCL_FIND_COMPONENTS)
   find_library(PCL_${component}_LIBRARY pcl_${component})

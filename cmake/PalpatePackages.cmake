@@ -77,8 +77,12 @@ set(CPACK_DEBIAN_CAMERAS_PACKAGE_DEPENDS "gstreamer1.0-plugins-base")
 set(CPACK_DEBIAN_CAMERAS_PACKAGE_RECOMMENDS "palpate-slave")
 set(CPACK_DEBIAN_DEVICES_PACKAGE_RECOMMENDS "palpate-master, spacenavd")
 set(CPACK_DEBIAN_DEV_PACKAGE_DEPENDS "libgrpc++-dev, libprotobuf-dev, protobuf-compiler-grpc")
-# The module is for Debian 12's Python 3.11.
-set(CPACK_DEBIAN_PYTHON_PACKAGE_DEPENDS "python3 (>= 3.11~), python3 (<< 3.12), libopenblas0-pthread, libzstd1, python3-grpcio, python3-numpy, python3-protobuf")
+# The module is for the Python whose headers it was compiled with.
+get_directory_property(minor DIRECTORY deploy/python/core DEFINITION Python3_VERSION_MINOR)
+if(minor)
+  math(EXPR next "${minor} + 1")
+endif()
+set(CPACK_DEBIAN_PYTHON_PACKAGE_DEPENDS "python3 (>= 3.${minor}~), python3 (<< 3.${next}), libopenblas0-pthread, libzstd1, python3-grpcio, python3-numpy, python3-protobuf")
 set(CPACK_DEBIAN_PYTHON_PACKAGE_SUGGESTS "gmsh, python3-matplotlib")
 
 set(CPACK_COMPONENT_SLAVE_DESCRIPTION "Palpate slave: contact force without a force sensor

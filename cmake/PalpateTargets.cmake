@@ -27,6 +27,12 @@ endif()
 add_library(palpate_warnings INTERFACE)
 target_compile_options(palpate_warnings INTERFACE -Wall -Wextra -Wconversion -Wshadow
   $<$<CXX_COMPILER_ID:Clang>:-Wno-sign-conversion> $<$<BOOL:${PALPATE_WERROR}>:-Werror>)
+# Designated initializers name what differs from the default. Only newer clangs warn of the other fields.
+include(CheckCXXCompilerFlag)
+check_cxx_compiler_flag(-Wmissing-designated-field-initializers PALPATE_WARNS_OF_DESIGNATED)
+if(PALPATE_WARNS_OF_DESIGNATED)
+  target_compile_options(palpate_warnings INTERFACE -Wno-missing-designated-field-initializers)
+endif()
 if(CMAKE_UNITY_BUILD)
   # A source inside a unit looks like a header to g++, where unnamed namespaces would be a mistake.
   target_compile_options(palpate_warnings INTERFACE $<$<CXX_COMPILER_ID:GNU>:-Wno-subobject-linkage>)

@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# Installs missing packages on Debian 12: those of palpate-slave and palpate-master, and those of the named parts.
+# Installs missing packages on Debian 12 and 13: those of palpate-slave and palpate-master, and those of the named parts.
 # usage: deploy/install.sh [insertion] [cameras] [devices] [calibration] [clouds] [mesher] [training] [view] [page] [plots] [python] [packages] [tests] [bare] [fuzz] [gcc]
 #   view: npm, which installs three.js and uPlot of the operator's page   page: view, the browser of its tests, and the tool that joins images
 #   plots: matplotlib of palpate.plot   python: the Python package with its models, and pip that builds it   packages: deploy/package.sh   tests: all parts and the packages of their tests   bare: tests of the packages in a bare Debian
@@ -8,8 +8,18 @@ set -euo pipefail
 # shellcheck source=progress.sh
 source "$(dirname "$0")/progress.sh"
 
-packages=(clang-16 cmake ninja-build protobuf-compiler protobuf-compiler-grpc libprotobuf-dev libgrpc++-dev libeigen3-dev
-          libopencv-core-dev libopencv-imgproc-dev libpng-dev libjpeg62-turbo-dev libyaml-cpp-dev libcli11-dev
+fail() { echo "install.sh: $1" >&2; exit 1; }
+system=$(. /etc/os-release 2>/dev/null && echo "${ID:-} ${VERSION_ID:-}") || system=
+untried=
+case $system in
+  "debian 12") clang=16 ;;  # `clang` is 14, in which lambdas cannot capture structured bindings
+  "debian 13") clang=19 ;;
+  "ubuntu 24.04") clang=18 untried=yes ;;
+  *) fail "this system is '${system:-unknown}': expected Debian 12 or 13, which were tried, or Ubuntu 24.04, which was not. deploy/demo.sh --no-install builds where the packages are already installed" ;;
+esac
+
+packages=("clang-$clang" cmake ninja-build protobuf-compiler protobuf-compiler-grpc libprotobuf-dev libgrpc++-dev libeigen3-dev
+          libopencv-core-dev libopencv-imgproc-dev libpng-dev libjpeg-dev libyaml-cpp-dev libcli11-dev
           libspdlog-dev nlohmann-json3-dev libboost-dev libmetis-dev liblapacke-dev libopenblas0-pthread zlib1g-dev
           libzstd-dev libnats-dev)
 # palpate-cameras.so: videos, cameras, images other than PNG and JPEG; without the base plugins no GStreamer pipeline ends in an appsink.
@@ -42,21 +52,16 @@ for part in "$@"; do
     training) packages+=("${training[@]}") ;;
     tests)
       packages+=("${cameras[@]}" "${devices[@]}" "${calibration[@]}" "${clouds[@]}" "${mesher[@]}" "${training[@]}" libgtest-dev libgmock-dev libbenchmark-dev clang-format
-                 clang-tidy libclang-rt-16-dev python3 mypy python3-grpcio python3-numpy python3-protobuf python3-serial python3-yaml iproute2 git openssl chromium
+                 clang-tidy "libclang-rt-$clang-dev" python3 mypy python3-grpcio python3-numpy python3-protobuf python3-serial python3-yaml iproute2 git openssl chromium
                  nats-server "${plots[@]}" "${python[@]}")
       want_npm ;;
     packages) packages+=("${python[@]}" dpkg-dev file) ;;
     bare) packages+=(debootstrap lintian python3-yaml iproute2) ;;
-    fuzz) packages+=(libclang-rt-16-dev python3) ;;
+    fuzz) packages+=("libclang-rt-$clang-dev" python3) ;;
     gcc) packages+=(g++) ;;
     *) echo "install.sh: $part: expected insertion, cameras, devices, calibration, clouds, mesher, training, view, page, plots, python, packages, tests, bare, fuzz, gcc" >&2; exit 2 ;;
   esac
 done
-
-fail() { echo "install.sh: $1" >&2; exit 1; }
-system=$(. /etc/os-release 2>/dev/null && echo "${ID:-} ${VERSION_ID:-}") || system=
-[ "$system" = "debian 12" ] ||
-  fail "this system is '${system:-unknown}': expected Debian 12, whose packages are named here. deploy/guides/install.md lists what else runs"
 
 missing=()
 for package in "${packages[@]}"; do
@@ -72,6 +77,7 @@ if [ "$(id -u)" -ne 0 ]; then
   sudo true || fail "$by_root"
   exec sudo bash "$0" "$@"
 fi
+[ -z "$untried" ] || echo "install: Palpate was not tried on this system, $system. It was on Debian 12 and 13"
 log=$(mktemp)
 status="install: requesting ${missing[*]}"
 follow() {  # follow LINE: shows the status of apt and keeps the other output
@@ -92,14 +98,15 @@ advice() {
     *"Could not resolve"* | *"Could not connect"* | *"Unable to connect"* | *"connection timed out"* | *"Temporary failure"*)
       echo "apt does not reach its servers: check the network, and the proxy in /etc/apt/apt.conf.d" ;;
     *"Unable to locate package"* | *"has no installation candidate"*)
-      echo "apt does not know all packages: check that /etc/apt/sources.list names Debian 12 (bookworm main)" ;;
+      echo "apt does not know all packages: check that /etc/apt/sources.list or /etc/apt/sources.list.d name main of $system${untried:+, and universe}" ;;
     *"No space left"* | *"enough free space"*) echo "the disk is full" ;;
     *) echo "apt-get failed, see above" ;;
   esac
 }
 apt() {
   # A separate descriptor, which apt-get closes for dpkg: its scripts print to descriptor 1 without a terminal.
-  DEBIAN_FRONTEND=noninteractive apt-get "$@" -o APT::Status-Fd=3 3>&1 2>&1 </dev/null | each_line follow ||
+  # LC_ALL: advice() reads the messages of apt-get.
+  LC_ALL=C DEBIAN_FRONTEND=noninteractive apt-get "$@" -o APT::Status-Fd=3 3>&1 2>&1 </dev/null | each_line follow ||
     { progress_end "install: failed" >&2; cat "$log" >&2; fail "$(advice). Then run the command again"; }
 }
 apt update

@@ -1,19 +1,20 @@
 #!/usr/bin/env bash
-# Copies the project into a minimal Debian 12, runs a command there as a new user would, and prints its duration [s].
+# Copies the project into a minimal Debian, runs a command there as a new user would, and prints its duration [s].
 # usage: tests/bare_root.sh FOLDER COMMAND... (as root, with debootstrap; FOLDER must not exist, and stays)
 #   tests/bare_root.sh /tmp/bare deploy/install.sh
 #   tests/bare_root.sh /tmp/bare deploy/demo.sh --duration 5
-# MIRROR names another archive than that of this machine. CACHE: a folder that keeps the system's packages.
+# SUITE names another release than that of this machine, for example trixie. MIRROR names another archive. CACHE: a folder that keeps the system's packages.
 set -euo pipefail
 
 [ $# -ge 2 ] || { sed -n '2,6s/^# //p' "$0" >&2; exit 2; }
 project=$(cd "$(dirname "$0")/.." && pwd)
 root=$1; shift
 [ ! -e "$root" ] || { echo "bare_root.sh: $root exists already" >&2; exit 2; }
+suite=${SUITE:-$(. /etc/os-release && echo "$VERSION_CODENAME")}
 mirror=${MIRROR:-$(apt-get indextargets --format '$(REPO_URI)' | head -n 1)}
 
 mkdir -p "$root" ${CACHE:+"$CACHE"}
-debootstrap --variant=minbase ${CACHE:+--cache-dir="$(cd "$CACHE" && pwd)"} bookworm "$root" "$mirror" >"$root.log" 2>&1 ||
+debootstrap --variant=minbase ${CACHE:+--cache-dir="$(cd "$CACHE" && pwd)"} "$suite" "$root" "$mirror" >"$root.log" 2>&1 ||
   { tail -n 20 "$root.log" >&2; exit 1; }
 cp /etc/resolv.conf "$root/etc/resolv.conf"
 [ ! -e /etc/apt/apt.conf.d/proxy ] || cp /etc/apt/apt.conf.d/proxy "$root/etc/apt/apt.conf.d/"

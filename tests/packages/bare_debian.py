@@ -1,4 +1,4 @@
-"""Runs commands and servers in a minimal Debian 12 in a folder, and connects two of them by network namespaces."""
+"""Runs commands and servers in a minimal Debian in a folder, and connects two of them by network namespaces."""
 import contextlib
 import os
 import pathlib
@@ -28,7 +28,7 @@ def processor_seconds():
 
 
 class BareDebian:
-    """A minimal Debian 12, made by tests/bare_root.sh in `folder`. It exists within the `with` block."""
+    """A minimal Debian, made by tests/bare_root.sh in `folder`. It exists within the `with` block."""
 
     def __init__(self, folder):
         self.folder = pathlib.Path(folder)

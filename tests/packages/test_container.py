@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""The container without a container engine: its root is assembled in a bare Debian 12 by the instructions of the second stage
+"""The container without a container engine: its root is assembled in a bare Debian by the instructions of the second stage
 of deploy/Dockerfile, and started by chroot: as its user, with a read-only root, by its command and by those of the compose file.
 
 Needs what test_packages.py needs, and python3-yaml; else it skips (77).

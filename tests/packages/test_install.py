@@ -47,7 +47,7 @@ class Install(unittest.TestCase):
         tools.mkdir(exist_ok=True)
         for tool in ("bash", "cat", "dirname", "env", "grep", "mktemp", "rm", "sleep", "touch", "tput", "true"):
             (tools / tool).exists() or (tools / tool).symlink_to(pathlib.Path("/usr/bin", tool))
-        return {"PATH": f"{self.fakes}:{tools}", "LC_ALL": "C", "FAKE_ID": str(user), "FAKES": str(self.fakes), "TERM": "xterm"}
+        return {"PATH": f"{self.fakes}:{tools}", "LC_ALL": "C.UTF-8", "FAKE_ID": str(user), "FAKES": str(self.fakes), "TERM": "xterm"}
 
     def install(self, user=0, before=()):
         return subprocess.run([*before, INSTALL], env=self.environment(user), stdin=subprocess.DEVNULL, capture_output=True, text=True,
@@ -64,21 +64,33 @@ class Install(unittest.TestCase):
                 ("E: dpkg was interrupted, you must manually run 'dpkg --configure -a' to correct the problem.", "Run: sudo dpkg --configure -a"),
                 ("W: Failed to fetch http://packages.example/debian  Could not resolve 'packages.example'", "check the network"),
                 ("E: Unable to locate package clang-16", "/etc/apt/sources.list")):
-            self.fake("apt-get", f'echo "{says}"; [ "$1" = update ] || exit 100')
+            self.fake("apt-get", f'[ "$LC_ALL" = C ] && echo "{says}"; [ "$1" = update ] || exit 100')
             with self.subTest(says=says):
                 self.assertIn(expected, self.refusal())
 
     def test_without_sudo_the_command_for_root_is_printed(self):
-        self.assertRegex(self.refusal(user=1000), r"Let root run: apt-get update && apt-get install -y .*clang-16 cmake")
+        self.assertRegex(self.refusal(user=1000), r"Let root run: apt-get update && apt-get install -y .*clang-[0-9]+ cmake")
 
-    def test_another_distribution_is_named(self):
+    def on(self, system, version):
+        """Returns the words before a command that let it see another system."""
         release = self.fakes / "os-release"
-        release.write_text('ID=fedora\nVERSION_ID="40"\n')
+        release.write_text(f'ID={system}\nVERSION_ID="{version}"\n')
         mount = ["/usr/bin/unshare", "--user", "--map-root-user", "--mount", "/usr/bin/bash", "-c",
                  '/usr/bin/mount --bind "$0" "$(/usr/bin/realpath /etc/os-release)" || exit 77; exec "$1"', release]
         if subprocess.run([*mount, "/bin/true"], capture_output=True, check=False).returncode != 0:
             self.skipTest("no mounts in a namespace")
-        self.assertIn("this system is 'fedora 40': expected Debian 12", self.refusal(before=mount))
+        return mount
+
+    def test_another_distribution_is_named_with_what_was_tried(self):
+        self.assertRegex(self.refusal(before=self.on("fedora", "40")), "this system is 'fedora 40': expected Debian 12 or 13.*--no-install")
+
+    def test_the_compiler_is_that_of_the_system(self):
+        self.fake("apt-get", '[ "$1" = update ] || { echo "asked for $*"; exit 100; }')
+        for system, version, compiler in (("debian", "12", "clang-16"), ("debian", "13", "clang-19"), ("ubuntu", "24.04", "clang-18")):
+            with self.subTest(system=system, version=version):
+                done = self.install(before=self.on(system, version))
+                self.assertRegex(done.stderr, f"asked for install .* {compiler} cmake")
+                self.assertEqual("not tried on this system, ubuntu 24.04" in done.stdout, system == "ubuntu")
 
     def test_the_question_of_sudo_stays_until_it_is_answered(self):
         self.fake("sudo", SUDO)

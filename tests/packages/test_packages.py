@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Installs, runs, upgrades and removes the Debian packages in a minimal Debian 12, as a laboratory engineer would.
+"""Installs, runs, upgrades and removes the Debian packages in a minimal Debian, as a laboratory engineer would.
 
 Needs root, debootstrap, lintian, network namespaces and a Debian archive; else it skips (77). PALPATE_BIN: the built programs.
 """
