@@ -1,13 +1,11 @@
 """A driver of an arm that becomes faulty when it gets SIGUSR1.
 
-usage: faulty_driver.py HOST:PORT [options of drive_arm.py] flood|nan|jump|fault|scale|stuck
+usage: faulty_driver.py HOST:PORT [options of drive_arm.py] flood|nan|jump|fault
 
   flood  reports without pause
   nan    positions that are not numbers
   jump   positions displaced by a metre
   fault  reports a fault
-  scale  the tool moves 0.64 of the commanded distance, unreported
-  stuck  the encoder position is constant while the tool moves, unreported
 """
 import math
 import signal
@@ -18,19 +16,8 @@ import drive_arm
 import palpate
 
 
-class FaultySimulator(drive_arm.Site):
-    from_here = None
-
-    def exchange(self, tip):
-        if FaultyArm.is_bad and HOW == "scale":
-            self.from_here = self.from_here or list(tip)
-            tip = [a + 0.64 * (b - a) for a, b in zip(self.from_here, tip)]
-        return super().exchange(tip)
-
-
 class FaultyArm(drive_arm.Arm):
     is_bad = False
-    stuck_at = None
 
     def measure(self, dt):
         reading = super().measure(dt)
@@ -45,10 +32,7 @@ class FaultyArm(drive_arm.Arm):
             reading.tip = [math.nan, *reading.tip[1:]]
         elif HOW == "jump":
             reading.tip = [reading.tip[0] + 1.0, *reading.tip[1:]]
-        elif HOW == "stuck":
-            self.stuck_at = self.stuck_at or reading.tip
-            reading.tip, reading.velocity = self.stuck_at, [0, 0, 0]
-        elif HOW != "scale":
+        else:
             reading.fault = "axis 3 has lost its encoder"
 
 
@@ -58,7 +42,7 @@ if __name__ == "__main__":
     def go_wrong(*_):
         FaultyArm.is_bad = True
     signal.signal(signal.SIGUSR1, go_wrong)
-    drive_arm.Arm, drive_arm.Site = FaultyArm, FaultySimulator
+    drive_arm.Arm = FaultyArm
     while True:  # restarts the driver as a supervisor would
         try:
             drive_arm.main()

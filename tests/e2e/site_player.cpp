@@ -2,20 +2,15 @@
 // go without loss through FeedImages or FeedTactile, or to any client that connects as a stream of
 // raw images. An arm's driver sends the position of the simulated tool by UDP and receives the
 // force in return.
-//   site_player SCENE HOST:PORT [HOW]  feeds that slave; on SIGUSR1 its driver goes wrong, as HOW:
-//     queue (a dozen images wait in it and are stamped when they leave), zoom (by
-//     a tenth), exchange (left and right), right-late (by a pair)
+//   site_player SCENE HOST:PORT      feeds that slave
 //   site_player SCENE y4m | raw      serves images by TCP, pairs side by side: YUV4MPEG2, which
 //                                    FFmpeg knows by its first line, or bare rows of 8 bit grey
 // Prints `site on HOST:PORT`, where it receives the tool's position, then `images on HOST:PORT`
 // where it serves them, and plays until SIGTERM.
-#include <csignal>
 #include <cstdio>
-#include <deque>
 #include <exception>
 #include <string>
 #include <thread>
-#include <utility>
 #include <vector>
 
 #include <arpa/inet.h>
@@ -23,7 +18,6 @@
 #include <linux/sockios.h>
 #include <netinet/tcp.h>
 #include <opencv2/core.hpp>
-#include <opencv2/imgproc.hpp>
 #include <sys/ioctl.h>
 #include <sys/socket.h>
 #include <unistd.h>
@@ -121,43 +115,14 @@ int Finish(grpc::ClientWriter<Sample>* writer) {
   return 1;
 }
 
-volatile std::sig_atomic_t g_is_wrong = 0;
-
-// A camera driver with a fault that it does not report.
-class WrongDriver {
- public:
-  explicit WrongDriver(std::string how) : how_(std::move(how)) {}
-  Images::Shot Spoilt(Images::Shot shot) {
-    kept_.push_back(shot);
-    if (kept_.size() > kQueue) kept_.pop_front();
-    if (!g_is_wrong) return shot;
-    if (how_ == "queue") shot.images = kept_.front().images;
-    if (how_ == "exchange") std::swap(shot.images.front(), shot.images.back());
-    if (how_ == "right-late") shot.images.back() = kept_[kept_.size() - 2].images.back();
-    if (how_ == "zoom") {
-      for (cv::Mat& image : shot.images) {
-        const int dx = image.cols / 20, dy = image.rows / 20;
-        cv::Mat middle = image(cv::Rect(dx, dy, image.cols - 2 * dx, image.rows - 2 * dy));
-        cv::resize(middle.clone(), image, image.size());
-      }
-    }
-    return shot;
-  }
-
- private:
-  static constexpr std::size_t kQueue = 12;
-  std::string how_;
-  std::deque<Images::Shot> kept_;
-};
-
-int FeedImages(Images images, WrongDriver driver, v1::Teleoperation::Stub* stub) {
+int FeedImages(Images images, v1::Teleoperation::Stub* stub) {
   grpc::ClientContext context;
   context.set_wait_for_ready(true);
   v1::FeedImagesReply reply;
   const auto writer = stub->FeedImages(&context, &reply);
   v1::ImageSample sample;
   do {
-    const auto shot = driver.Spoilt(images.Next());
+    const auto shot = images.Next();
     const cv::Mat right = shot.images.size() > 1 ? shot.images.back() : cv::Mat();
     sample =
         ToMessage(StereoPair{shot.images.front(), right, sample.sequence() + 1, shot.sensed_at, 0});
@@ -182,7 +147,7 @@ int FeedTactile(SimulatedEnvironment& environment, const Scene& scene,
   return Finish(writer.get());
 }
 
-int Play(const std::string& file, const std::string& to, const std::string& how) {
+int Play(const std::string& file, const std::string& to) {
   const Scene scene = LoadScene(file, {});
   const auto environment = MakeSimulatedEnvironment(scene);
   environment->SolveAhead();
@@ -196,20 +161,19 @@ int Play(const std::string& file, const std::string& to, const std::string& how)
   const auto stub = v1::Teleoperation::NewStub(
       grpc::CreateCustomChannel(to, grpc::InsecureChannelCredentials(), arguments));
   if (scene.sense.Find<Tactile>()) return FeedTactile(*environment, scene, stub.get());
-  return FeedImages(Images(*environment, scene), WrongDriver(how), stub.get());
+  return FeedImages(Images(*environment, scene), stub.get());
 }
 
 }  // namespace
 }  // namespace palpate
 
 int main(int argc, char** argv) {
-  if (argc != 3 && argc != 4) {
-    std::fprintf(stderr, "usage: site_player SCENE HOST:PORT|y4m|raw [HOW]\n");
+  if (argc != 3) {
+    std::fprintf(stderr, "usage: site_player SCENE HOST:PORT|y4m|raw\n");
     return 2;
   }
-  std::signal(SIGUSR1, [](int) { palpate::g_is_wrong = 1; });
   try {
-    return palpate::Play(argv[1], argv[2], argc > 3 ? argv[3] : "");
+    return palpate::Play(argv[1], argv[2]);
   } catch (const std::exception& error) {
     std::fprintf(stderr, "%s\n", error.what());
     return 1;

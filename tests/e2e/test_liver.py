@@ -1,5 +1,4 @@
-"""Two fingertips press a soft organ: the scene liver-press on a coarse mesh by the commands check, solve, process and
-serve."""
+"""Two fingertips press a soft organ: the scene liver-press on a coarse mesh by the commands check, solve and process."""
 import collections
 import csv
 import importlib.util
@@ -10,11 +9,9 @@ import re
 import struct
 import sys
 import tempfile
-import threading
 import unittest
 
-from programs import IS_DEEP, PATIENCE, ROOT, SLAVE, Slave, deep, png, run
-from tick_log import followed, press_until
+from programs import IS_DEEP, PATIENCE, ROOT, SLAVE, deep, png, read_json, read_rows, run
 
 SCENE = ROOT / "deploy/scenes/liver-press.yaml"
 SCRIPT = ROOT / "deploy/scenes/make_liver.py"
@@ -134,15 +131,6 @@ class Programs(unittest.TestCase):
         done = run(sys.executable, SCRIPT, "--tets", "2000", "--out", mesh)
         assert done.returncode == 0, done.stderr
         cls.scene = (SCENE, "--override", f"object.geometry.mesh={mesh}")
-        # The simulator computes its press in advance while the other tests run.
-        cls.slave = Slave(*cls.scene)
-        cls.starting = threading.Thread(target=cls.slave.__enter__)
-        cls.starting.start()
-
-    @classmethod
-    def tearDownClass(cls):
-        cls.starting.join()
-        cls.slave.__exit__()
 
     def test_check_computes_the_press(self):
         done = run(SLAVE, "check", *self.scene, timeout=LONG)
@@ -204,27 +192,18 @@ class Programs(unittest.TestCase):
         self.assertEqual(last["validity"], "valid")
         self.assertLess(abs(force - forces[-1]), 3 * sigma)
 
-    # Reference: the simulator's neo-Hookean body. Forces at the same commanded position are compared, so that a busy
-    # machine's delays are excluded. This mesh does not resolve the fingertip, which causes an error of 5 to 6 %.
-    # Without the learned correction of the force's direction it is 12 to 14 %.
-    def test_two_fingertips_press_it_live(self):
-        self.starting.join()
-        # A busy machine disturbs single sessions, so the best of three is judged.
-        reports = []
-        while len(reports) < 3 and (not reports or reports[-1]["force_error_delay_compensated"]["relative_rms"] >= 0.08):
-            reports.append(press_until(lambda rows: followed(rows) > 3000, self.slave.address, self.out)[0])
-        report = min(reports, key=lambda one: one["force_error_delay_compensated"]["relative_rms"])
-        self.assertEqual(self.slave.stop(), 0, self.slave.log)
-        error, compensated = report["force_error"], report["force_error_delay_compensated"]
-        print(f"force error of {report['force_peak_N']:.3f} N: {error['relative_rms']:.1%} rms; delay-compensated "
-              f"{compensated['relative_rms']:.1%}, first contact {compensated['first_contact']['relative_rms']:.1%}; "
-              f"state age {report['state_age_us']} us; fingers {report['fingers']}")
-        self.assertEqual([finger["name"] for finger in report["fingers"]], ["ff", "mf"])
-        self.assertGreater(compensated["contact_ticks"], 500)
-        self.assertLess(compensated["relative_rms"], 0.08)
-        self.assertLess(compensated["first_contact"]["relative_rms"], 0.1)
-        for finger in report["fingers"]:
-            self.assertGreater(finger["force_peak_N"], 0.1, finger)
+    # Reference: the simulator's neo-Hookean body. This mesh does not resolve the fingertip, which causes an error of 5 to 6 %. Without the
+    # learned correction of the force's direction it is 12 to 14 %.
+    def test_two_fingertips_press_it(self):
+        done = run(SLAVE, "process", *self.scene, "--out", self.out / "press", timeout=LONG)
+        self.assertEqual(done.returncode, 0, done.stderr)
+        error, rows = read_json(self.out / "press/summary.json")["force_error"], read_rows(self.out / "press/states.csv")
+        print(f"force error of {error['true_peak_N']:.3f} N: {error['rms_N'] / error['true_peak_N']:.1%} rms")
+        self.assertGreater(error["contact_frames"], 50)
+        self.assertLess(error["rms_N"], 0.08 * error["true_peak_N"])
+        for finger in ("ff", "mf"):
+            forces = [math.hypot(*(float(row["f" + axis] or 0) for axis in "xyz")) for row in rows if row["finger"] == finger]
+            self.assertGreater(max(forces), 0.1, finger)
 
 
 if __name__ == "__main__":

@@ -1,11 +1,23 @@
-"""`check`, `process` and `solve` as scripts use them, and their messages for invalid input."""
+"""`check`, `process` and `solve` as scripts use them, their messages for invalid input, and what a start loads."""
 import math
 import pathlib
 import re
+import shutil
 import tempfile
+import time
 import unittest
 
-from programs import BLOCK, IS_DEEP, ROOT, SLAVE, FolderTest, deep, overrides, read_json, read_rows, run
+from programs import (BLOCK, IS_DEEP, PATIENCE, ROOT, SLAVE, FolderTest, Slave, cpu_seconds, deep, memory, operate, overrides, read_json,
+                      read_rows, run)
+
+# Libraries that a start may load. gRPC loads 55 and OpenCV's core 21. Those on demand each load more than all others together.
+MAX_LIBRARIES = 100
+ON_DEMAND = ("libopencv_videoio", "libopencv_imgcodecs", "libopencv_calib3d", "libpcl_", "libavcodec", "libgdal")
+# Half of the memory after a start with all libraries linked. Most of it is the model and images decoded in advance.
+MAX_MEMORY = 60  # [MB]
+# Wake-ups per second of a slave without clients. Without idle throttling of arm, watchdog, publisher and acceptor there are 3600. Health
+# and acceptor cause 20 each.
+MAX_WAKEUPS = 150
 
 
 def process(out, *arguments):
@@ -68,6 +80,7 @@ class Offline(FolderTest):
         # One line of the scene is changed, and scene and images are named from another folder.
         scene = self.shipped / "scene.yaml"
         scene.write_text(pathlib.Path(BLOCK).read_text().replace("source: simulated", "file: frames"))
+        self.check_what_is_loaded(scene)
         (self.shipped / "frames/000100.png").write_bytes(b"damaged")
         done = run(SLAVE, "process", f"{self.shipped.name}/scene.yaml", "--out", self.out / "again",
                    cwd=self.shipped.parent)
@@ -80,6 +93,16 @@ class Offline(FolderTest):
                 # Images and tip template are the same. A folder has no encoders, so sigma differs.
                 if "sigma" not in column:
                     self.assertEqual(value, one[column], f"{column} of image {one['sequence']}")
+
+    def check_what_is_loaded(self, scene):
+        with Slave(scene) as slave:
+            pid = slave.process.pid
+            maps = pathlib.Path(f"/proc/{pid}/maps").read_text()
+            loaded, used = {line.split()[-1] for line in maps.splitlines() if ".so" in line}, memory(pid)
+        print(f"{len(loaded)} libraries, {used:.0f} MB")
+        self.assertLessEqual(len(loaded), MAX_LIBRARIES)
+        self.assertLessEqual(used, MAX_MEMORY)
+        self.assertEqual([name for name in loaded if pathlib.Path(name).name.startswith(ON_DEMAND)], [])
 
     def test_the_embryo_is_pressed_and_punctured_whatever_its_texture(self):
         scene = ROOT / "deploy/scenes/zebrafish-embryo.yaml"
@@ -173,6 +196,135 @@ class Offline(FolderTest):
         self.assertAlmostEqual(float(row["fy"]) / expected, 1, delta=1e-6)
 
 
+def wakeups(pid):
+    """Returns how often the threads of a process were woken after waiting."""
+    return sum(int(re.search(r"^voluntary_ctxt_switches:\s+(\d+)", task.joinpath("status").read_text(), re.M).group(1))
+               for task in pathlib.Path(f"/proc/{pid}/task").iterdir())
+
+
+def cost_of(pid, seconds):
+    """Returns CPU time [s] and wake-ups per second, measured over `seconds`."""
+    before = cpu_seconds(pid), wakeups(pid)
+    time.sleep(seconds)
+    return (cpu_seconds(pid) - before[0]) / seconds, (wakeups(pid) - before[1]) / seconds
+
+
+class Idle(unittest.TestCase):
+    @deep
+    def test_a_slave_that_nobody_reads_rests(self):
+        with Slave() as slave:
+            pid = slave.process.pid
+            time.sleep(2)  # the arm has been stationary for a second
+            idle_cpu, idle_wakings = cost_of(pid, 4)
+            master = operate(slave.address, "--duration", "6")
+            time.sleep(1)
+            busy_cpu, busy_wakings = cost_of(pid, 4)
+            self.assertEqual(master.wait(timeout=PATIENCE), 0, "and it is there at once for who comes")
+            print(f"idle: {100 * idle_cpu:.1f} % of a core, woken {idle_wakings:.0f} times a second; "
+                  f"operated: {100 * busy_cpu:.1f} %, {busy_wakings:.0f}")
+        self.assertLess(idle_wakings, MAX_WAKEUPS)
+        self.assertLess(2 * idle_cpu, busy_cpu)
+
+
+class Points(FolderTest):
+    def process(self, scene, *arguments):
+        """Returns summary and rows."""
+        done = run(SLAVE, "process", ROOT / f"deploy/scenes/{scene}.yaml", "--out", self.out, *arguments, timeout=4 * PATIENCE)
+        self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
+        return read_json(self.out / "summary.json"), read_rows(self.out / "states.csv")
+
+    def test_every_step_of_a_press_is_estimated_well_wherever_it_is(self):
+        """The bounds are those in the documentation; figures 5 and 6 of paper C."""
+        for place in ("0 mm, 0 mm", "11.7 mm, 0 mm", "0 mm, 19.5 mm") if IS_DEEP else ("11.7 mm, 0 mm",):
+            summary, rows = self.process("rubber-membrane", "--images", *overrides(f"manipulator.home=[{place}, 5 mm]"))
+            self.assertEqual(summary["frames"], len(rows))
+            self.assertEqual(len(list((self.out / "images").glob("*.jpg"))), len(rows))
+            self.assertLessEqual({"capture", "dots", "mechanics", "total"}, summary["stages"].keys())
+            pressed = [float(row["fz"]) for row in rows if row["fz"] and float(row["true_fz"]) > 1]
+            self.assertGreater(len(pressed), 20)
+            self.assertGreater(min(pressed), 0, "the membrane pushes the tool out")
+            steps = summary["steps"]
+            self.assertEqual([round(1e4 * step["depth_m"]) for step in steps], [5 * i for i in range(11)])
+            peak = steps[-1]["true_force_N"]
+            for step in steps:
+                with self.subTest(place=place, depth=step["depth_m"]):
+                    self.assertLess(step["displacement_error_peak_m"], 0.1e-3)
+                    self.assertLess(step["force_error_N"], max(0.05 * step["true_force_N"], 0.01 * peak))
+
+    @deep
+    def test_a_target_is_followed_and_no_force_is_reported(self):
+        summary, rows = self.process("heart-target")
+        self.assertIsNone(summary["force_error"])
+        self.assertEqual(summary["tracking_lost"], 0)
+        self.assertLess(summary["place_error"]["rms_m"], 0.5e-3)
+        self.assertTrue(all(row["fx"] == "" and row["sigma"] == "" for row in rows), "unknown, not zero")
+        path = [tuple(float(row[f"contact_{axis}"]) for axis in "xyz") for row in rows]
+        self.assertGreater(max(math.dist(path[0], place) for place in path), 0.02, "it moves")
+
+
+NODULE = """name: nodule
+object:
+  geometry: {{box: {{size: [50 mm, 30 mm, 25 mm], cells: [14, 6, 5]}}}}
+  material: {{young_modulus: 40 kPa, poisson_ratio: 0.45}}
+  regions: [{{sphere: {{centre: [15 mm, 15 mm, 15 mm], radius: 5 mm}}, young_modulus: 200 kPa}}]
+  fixed: {{plane: {{axis: z, at: 0}}}}
+sense:
+  tactile:
+    source: simulated
+    network: {network}
+    rest: first 50
+    hold: displacement
+    fingers:
+      ff: {{pose: {{translation: [{x} mm, 15 mm, 38 mm], rotation: [0 deg, 40 deg, 0 deg]}}}}
+model: {{kind: fem-green, rate: 100 Hz, range: 20 %}}
+operator: {{force_limit: 3.3 N, press: {{depth: 2.4 mm, speed: 10 mm/s}}}}
+"""
+
+
+class Nodule(FolderTest):
+    # A nodule of 10 mm, five times as stiff, 5 mm deep. The truth is that of the simulator, which uses neo-Hookean
+    # hexahedra and a rigid finger. The ratio of the estimated forces above and beside the nodule is within 5 % of the
+    # true ratio.
+    def test_a_stiff_nodule_increases_the_force_correctly(self):
+        forces = []
+        for x in (19.5, 40.5):
+            scene = self.out / "nodule.yaml"
+            scene.write_text(NODULE.format(network=ROOT / "deploy/fingertips/simulated-tnn21", x=x))
+            self.assertEqual(run(SLAVE, "process", scene, "--out", self.out / "run").returncode, 0)
+            rows = read_rows(self.out / "run/states.csv")
+            peak = max(float(row["true_fz"]) for row in rows)
+            held = [row for row in rows if float(row["true_fz"]) > 0.999 * peak]
+            forces.append([sum(float(row[axis]) for row in held) / len(held) for axis in ("fz", "true_fz")])
+        estimated, true = (over / beside for over, beside in zip(*forces))
+        print(f"over the nodule {estimated:.3f} times the force beside it, in truth {true:.3f}")
+        self.assertGreater(true, 1.15)
+        self.assertLess(abs(estimated / true - 1), 0.05)
+
+
+# Commands, each with the separate library that contains it.
+COMMANDS = {"study": "tools", "precompute": "tools", "identify": "tools", "evaluate": "evaluate", "verify": "verify",
+            "calibrate": "calibrate"}
+
+
+class Parts(FolderTest):
+    def test_what_is_not_installed_is_reported(self):
+        alone = self.out / "palpate-slave"
+        shutil.copy(SLAVE, alone)
+        scene = self.out / "video.yaml"
+        scene.write_text(pathlib.Path(BLOCK).read_text().replace("source: simulated", "file: video.avi"))
+        (self.out / "video.avi").write_bytes(b"RIFF")
+        for part, command in (("palpate-cameras.so", ("serve", scene, "--listen", "127.0.0.1:0")),
+                              *((f"palpate-{program}", (command,)) for command, program in COMMANDS.items())):
+            done = run(alone, *command)
+            self.assertEqual(done.returncode, 1, done.stderr)
+            self.assertIn(f"{part}, which is not installed next to this program", done.stderr)
+
+    def test_the_version_names_the_commit(self):
+        printed = run(SLAVE, "--version").stdout.strip()
+        self.assertRegex(printed, r"^\d+\.\d+\.\d+(\+[0-9a-f]{7,}(\.changed)?)?$")
+        self.assertEqual("+" in printed, (ROOT / ".git").exists() and shutil.which("git") is not None)
+
+
 class BadInput(FolderTest):
     def refuse(self, code, *command):
         done = run(SLAVE, *command)
@@ -207,6 +359,20 @@ class BadInput(FolderTest):
             self.assertIn("--levitate", self.refuse(2, *command, "--levitate"))
         self.refuse(2, "process", BLOCK)
         self.refuse(2)
+
+    def test_a_scene_without_guards_is_reported(self):
+        text = pathlib.Path(BLOCK).read_text()
+        bare = re.sub(r"^manipulator:\n(  .*\n)+", "", text, flags=re.MULTILINE)
+        self.assertLess(len(bare), len(text))
+        scene = self.out / "bare.yaml"
+        scene.write_text(bare)
+        for settings, words in (
+                ([], "manipulator.force_guard and manipulator.depth_guard are not set: nothing limits the force and depth"),
+                (["manipulator.depth_guard=8 mm"], "manipulator.force_guard is not set: nothing limits the force of")):
+            self.assertIn(words, run(SLAVE, "check", scene, *overrides(*settings)).stdout)
+            with Slave(scene, *overrides(*settings)) as slave:
+                slave.stop()
+            self.assertIn(words, slave.log)
 
     def test_a_mistake_is_reported_with_line_key_value_and_what_is_expected(self):
         scene = self.out / "scene.yaml"

@@ -12,6 +12,7 @@
 #include "shared/state/driven_clock.h"
 #include "shared/wire/fields.h"
 #include "slave/capture/simulated_samples.h"
+#include "slave/simulator/program/driver_messages.h"
 #include "slave/vision/observation.h"
 
 namespace palpate::promises {
@@ -19,6 +20,9 @@ namespace {
 
 constexpr double kTick = 0.002;   // of manipulator and operator [s]
 constexpr double kSynthetic = 5;  // duration of samples that are not simulated [s]
+// An operator's stroke: largest speed at the tool [m/s] and duration [s].
+constexpr double kStrokeSpeed = 0.040, kStroke = 0.1;
+constexpr double kLateralFrom = 0.8;  // of a guard, from which strokes go along the surface
 
 void PutTime(double t, google::protobuf::Timestamp* stamp) {
   ToProto(Time{} + Seconds(t), stamp);
@@ -27,7 +31,10 @@ void PutTime(double t, google::protobuf::Timestamp* stamp) {
 Samples Simulated(const Scene& scene) {
   const auto simulation = StartSimulation(scene, {});
   Samples samples;
-  while (const v1::SimulatedSample* sample = simulation->Next({})) samples.push_back(*sample);
+  while (const v1::SimulatedSample* sample = simulation->Next({})) {
+    samples.push_back(*sample);
+    samples.back().mutable_truth()->clear_membrane();  // large, and compared with nothing
+  }
   return samples;
 }
 
@@ -115,8 +122,48 @@ const Samples& SamplesOf(const Scene& scene) {
   throw std::invalid_argument(key + ": nothing here makes samples of this scene");
 }
 
+Site::Site(const Scene& scene) : scene_(scene), environment_(MakeSimulatedEnvironment(scene)) {
+  environment_->MoveTool(scene.manipulator.home);
+  if (scene.sense.Find<Tactile>() != nullptr) {
+    fingertips_ = environment_->OpenFingertips(scene, {});
+  } else if (HasStereoOrDepth(scene.sense)) {
+    pairs_ = environment_->OpenPair(scene, {});
+  } else {
+    frames_ = environment_->OpenCamera(scene, {});
+  }
+}
+
+v1::SimulatedTruth Site::MoveTool(const Eigen::Vector3d& p_S_tip) {
+  environment_->MoveTool(p_S_tip);
+  const Truth truth = environment_->truth();
+  v1::SimulatedTruth message;
+  ToProto(truth.p_S_tip, message.mutable_p_s_tip());
+  ToProto(truth.force, message.mutable_force());
+  message.set_in_contact(truth.in_contact);
+  message.set_solved(truth.solved);
+  return message;
+}
+
+v1::SimulatedSample Site::Take(double t) {
+  v1::SimulatedSample sample;
+  const auto stamped = [t](auto source) {
+    source->sensed_at = Time{} + Seconds(t);
+    return *source;
+  };
+  if (fingertips_) {
+    const auto messages =
+        ToMessages(stamped(fingertips_->Next({})), scene_.sense.Find<Tactile>()->fingers);
+    sample.mutable_fingertips()->Assign(messages.begin(), messages.end());
+  } else {
+    *sample.mutable_images() =
+        pairs_ ? ToMessage(stamped(pairs_->Next({}))) : ToMessage(stamped(frames_->Next({})));
+  }
+  return sample;
+}
+
 void Devices::Begin(const Disturbance& event) {
   events_.push_back(event);
+  if (event.encoders_scale) p_S_scaled_from_ = VectorOf(reported_.p_s_tip());
   if (event.reset) {
     std::string answer = "accepted";
     std::string why;
@@ -145,52 +192,86 @@ void Devices::Begin(const Disturbance& event) {
   if (operates_.empty()) slave_.BeginOperating();
   if (*event.operates == "engage") ++command_.epoch;
   operates_ = *event.operates;
+  pause_ = event.pause_s.value_or(0.02);
+  tick_ = 0;
+  is_near_ = false;
   if (operates_ != "leave") return;
   slave_.EndOperating();
   operates_.clear();
 }
 
+// Moves the device by a tick. Returns whether to send a command: during a stroke, and once when it
+// ends.
+bool Devices::Stroke() {
+  if (!surface_) return false;
+  const Eigen::Vector3d in = -surface_->normal;
+  const Eigen::Vector3d along =
+      std::abs(in.x()) > std::abs(in.y()) ? Eigen::Vector3d::UnitY() : Eigen::Vector3d::UnitX();
+  const auto stroke = std::lround(kStroke / kTick);
+  std::vector<Eigen::Vector3d> ways{in};
+  if (operates_ == "zigzag") ways = {0.7 * (in + along), 0.7 * (in - along)};
+  if (operates_ == "sideways" && is_near_) {
+    ways = {along, along, along, -along, -along, -along, in};
+  } else if (operates_ == "sideways") {
+    is_near_ = force_ > kLateralFrom * scene_.manipulator.force_guard ||
+               depth_ > kLateralFrom * scene_.manipulator.depth_guard;
+    if (is_near_ || tick_ == stroke) tick_ = is_near_ ? stroke : 1;
+  }
+  if (tick_ == 0) ++command_.epoch;
+  command_.engaged = tick_ < stroke;
+  const TeleopTransform& transform = scene_.operator_options.transform;
+  command_.velocity = std::min(kStrokeSpeed, scene_.manipulator.max_speed) /
+                      transform.position_scale * transform.R_SM.transpose() *
+                      ways[command_.epoch % ways.size()];
+  if (!command_.engaged) command_.velocity.setZero();
+  command_.p_M += kTick * command_.velocity;
+  const bool sends = tick_ <= stroke;
+  tick_ = (tick_ + 1) % (stroke + std::lround(pause_ / kTick));
+  return sends;
+}
+
 void Devices::Operate() {
+  const bool strokes = operates_ == "inwards" || operates_ == "zigzag" || operates_ == "sideways";
   if (operates_ != "blind") ++states_;
-  if (!operates_.empty() && operates_ != "silence") {
+  if (!operates_.empty() && operates_ != "silence" && (!strokes || Stroke())) {
     ++command_.sequence;
     command_.sent_at = Clock::now();
-    command_.engaged = operates_ != "clutch";
+    if (!strokes) command_.engaged = operates_ != "clutch";
     command_.state_sequence = states_;
     slave_.Command(command_);
   }
   slave_.Watch();
 }
 
-void Devices::Await(const v1::SimulatedSample& sample, double t) {
+// What the encoders of the manipulator report.
+void Devices::Report(double t, v1::SimulatedTruth truth) {
   Eigen::Vector3d offset(0, 0, 0);
+  double scale = 1;
   bool reports = true;
   for (const Disturbance& event : events_) {
     offset = event.encoders_m.value_or(offset);
+    scale = event.encoders_scale.value_or(scale);
     reports = event.driver.value_or(reports);
   }
-  const Eigen::Vector3d from = VectorOf(reported_.p_s_tip());
-  const Eigen::Vector3d to = VectorOf(sample.truth().p_s_tip());
-  const double begin = t_;
-  const bool is_first = before_.empty();
-  const auto report = [&](double at) {
+  if (!reports) return;
+  const Eigen::Vector3d tip = VectorOf(truth.p_s_tip()), from = p_S_scaled_from_.value_or(tip);
+  ToProto(Eigen::Vector3d(from + scale * (tip - from) + offset), truth.mutable_p_s_tip());
+  drivers_.SendReports(truth, Time{} + Seconds(t));
+}
+
+void Devices::Await(double t, const std::function<v1::SimulatedTruth(double)>& truth_at) {
+  force_ = depth_ = 0;
+  for (double at = before_.empty() ? t : t_ + kTick;; at += kTick) {
+    if (at > t - kTick / 2) at = t;
     DrivenClock::Reach(DrivenClock::kBegin + Seconds(at));
-    // Targets are sent while its stream is open.
-    if (slave_.driven_arm() != nullptr) static_cast<void>(slave_.driven_arm()->Aim(Clock::now()));
-    if (!reports) return;
-    const double share = at < t ? (at - begin) / (t - begin) : 1;
-    v1::SimulatedTruth now = sample.truth();
-    ToProto(Eigen::Vector3d(from + share * (to - from) + offset), now.mutable_p_s_tip());
-    drivers_.SendReports(now, Time{} + Seconds(at));
-  };
-  for (double at = begin + kTick; at < t - kTick / 2 && !is_first; at += kTick) {
-    report(at);
+    reported_ = truth_at(at);
+    force_ = std::max(force_, VectorOf(reported_.force()).norm());
+    if (surface_) depth_ = std::max(depth_, surface_->Penetration(VectorOf(reported_.p_s_tip())));
+    Report(at, reported_);
     Operate();
+    if (at >= t) break;
   }
-  report(t);
-  Operate();
   t_ = t;
-  reported_ = sample.truth();
 }
 
 void Devices::Alter(v1::Image* message, int side, const v1::SimulatedTruth& truth) {
@@ -260,6 +341,7 @@ void Devices::Alter(v1::TactileSample* sample, const v1::SimulatedTruth& truth) 
       float& e = sample->mutable_electrodes()->at(i);
       if (event.value) e = static_cast<float>(*event.value);
       if (event.add) e += static_cast<float>(*event.add);
+      if (event.most) e = std::min(e, static_cast<float>(*event.most));
       if (event.stuck.value_or(false)) e = held_.electrodes(i);
     }
   }
@@ -281,16 +363,42 @@ void Devices::Freeze(int side, v1::SimulatedSample* sample) const {
 }
 
 Seen Devices::Send(v1::SimulatedSample sample) {
-  const double t = TimeOf(sample);
-  Await(sample, t);
+  const double t = TimeOf(sample), begin = t_;
+  const Eigen::Vector3d from = VectorOf(reported_.p_s_tip());
+  const Eigen::Vector3d to = VectorOf(sample.truth().p_s_tip());
+  Await(t, [&](double at) {
+    // Targets are sent while its stream is open.
+    if (slave_.driven_arm() != nullptr) static_cast<void>(slave_.driven_arm()->Aim(Clock::now()));
+    v1::SimulatedTruth truth = sample.truth();
+    const double share = at < t ? (at - begin) / (t - begin) : 1;
+    ToProto(Eigen::Vector3d(from + share * (to - from)), truth.mutable_p_s_tip());
+    return truth;
+  });
+  return Sense(t, std::move(sample));
+}
+
+Seen Devices::Follow(double t, Site* site) {
+  if (before_.empty()) p_S_tip_ = scene_.manipulator.home;
+  Await(t, [&](double) {
+    const ArmAim aim = slave_.driven_arm()->Aim(Clock::now());
+    if (aim.motion == ArmAim::Motion::kFollow) p_S_tip_ = aim.p_S_tip;
+    return site->MoveTool(p_S_tip_);
+  });
+  v1::SimulatedSample sample = site->Take(t);
+  *sample.mutable_truth() = reported_;
+  return Sense(t, std::move(sample));
+}
+
+Seen Devices::Sense(double t, v1::SimulatedSample sample) {
   const v1::SimulatedSample now = sample;
-  bool is_silent = false, is_absent = false;
+  bool is_silent = false, is_absent = false, is_exchanged = false;
   std::array<bool, 2> is_frozen{false, false};
   std::array<int, 2> late{0, 0};
   double delay = 0;
   for (const Disturbance& event : events_) {
     is_silent = event.silent.value_or(is_silent);
     is_absent = event.absent.value_or(is_absent);
+    is_exchanged = event.exchanged.value_or(is_exchanged);
     delay = event.delay_s.value_or(delay);
     for (int side = 0; side < 2; ++side) {
       if (event.side.value_or(side) != side) continue;
@@ -309,6 +417,7 @@ Seen Devices::Send(v1::SimulatedSample sample) {
     if (images->has_right()) *images->mutable_right() = shown(late[1]).images().right();
     Alter(images->mutable_image(), 0, sample.truth());
     if (images->has_right()) Alter(images->mutable_right(), 1, sample.truth());
+    if (is_exchanged) images->mutable_image()->Swap(images->mutable_right());
     images->set_delay(delay);
   } else {
     Alter(sample.mutable_fingertips(0), sample.truth());
@@ -327,6 +436,9 @@ Seen Devices::Send(v1::SimulatedSample sample) {
   slave_.Step({});
   static_cast<void>(slave_.Patch());
   Seen seen{.t = t, .state = slave_.Compose(Clock::now()), .truth = sample.truth()};
+  seen.force = force_;
+  seen.depth = depth_;
+  if (!surface_ && seen.state.local_model.known()) surface_ = seen.state.local_model;
   seen.events = slave_.TakeEvents();
   seen.alarms = slave_.Status().alarms;
   return seen;

@@ -3,6 +3,9 @@
 
 #include <cstdint>
 #include <deque>
+#include <functional>
+#include <memory>
+#include <optional>
 #include <random>
 #include <string>
 #include <vector>
@@ -14,6 +17,7 @@
 #include "slave/live/live_slave.h"
 #include "slave/live/simulated_drivers.h"
 #include "slave/scene/scene.h"
+#include "slave/simulator/environment/simulated_environment.h"
 #include "tests/promises/row.h"
 
 namespace palpate::promises {
@@ -34,7 +38,26 @@ struct Seen {
   SlaveState state;
   Events events;  // since the sample before
   v1::SimulatedTruth truth;
+  // Largest true ones since the sample before [N], [m]. The depth is that below the surface at
+  // rest.
+  double force = 0, depth = 0;
   std::vector<std::string> alarms;
+};
+
+// A simulated scene whose tool is moved.
+class Site {
+ public:
+  explicit Site(const Scene& scene);
+  [[nodiscard]] v1::SimulatedTruth MoveTool(const Eigen::Vector3d& p_S_tip);
+  // The sample of this moment; `t`: its time [s].
+  [[nodiscard]] v1::SimulatedSample Take(double t);
+
+ private:
+  const Scene& scene_;
+  const std::unique_ptr<SimulatedEnvironment> environment_;
+  std::unique_ptr<FrameSource> frames_;
+  std::unique_ptr<StereoSource> pairs_;
+  std::unique_ptr<TactileSource> fingertips_;
 };
 
 class Devices {
@@ -45,13 +68,20 @@ class Devices {
   void Begin(const Disturbance& event);
   // Manipulator and operator until the sample, then the sample; it is its time afterwards.
   Seen Send(v1::SimulatedSample sample);
+  // The same with the sample that `site` gives at `t` [s], after the tool went where the slave
+  // aims.
+  Seen Follow(double t, Site* site);
 
  private:
   void Alter(v1::Image* image, int side, const v1::SimulatedTruth& truth);
   void Alter(v1::TactileSample* sample, const v1::SimulatedTruth& truth);
   void Freeze(int side, v1::SimulatedSample* sample) const;
-  void Await(const v1::SimulatedSample& sample, double t);
+  // `truth_at`: the true state at a time [s].
+  void Await(double t, const std::function<v1::SimulatedTruth(double)>& truth_at);
+  Seen Sense(double t, v1::SimulatedSample sample);
+  void Report(double t, v1::SimulatedTruth truth);
   void Operate();
+  bool Stroke();
 
   const Scene& scene_;
   LiveSlave& slave_;
@@ -62,7 +92,14 @@ class Devices {
   v1::TactileSample held_;
   v1::SimulatedTruth reported_;
   double t_ = 0;
+  Eigen::Vector3d p_S_tip_{0, 0, 0};                // of the tool that follows
+  std::optional<Eigen::Vector3d> p_S_scaled_from_;  // where the encoders' scale began
+  double force_ = 0, depth_ = 0;                    // see Seen
   std::string operates_;
+  double pause_ = 0;                   // between strokes [s]
+  long tick_ = 0;                      // of the present stroke
+  bool is_near_ = false;               // to a guard
+  std::optional<LocalModel> surface_;  // at rest
   OperatorCommand command_;
   std::uint64_t states_ = 0;
   std::vector<std::uint64_t> stops_;  // numbers of the active stops

@@ -76,18 +76,24 @@ class PromiseTest : public testing::TestWithParam<Row> {
     std::vector<std::string> overrides = row.site;
     overrides.insert(overrides.end(), row.stated.begin(), row.stated.end());
     const Scene scene = LoadScene(file, overrides);
-    const Samples& samples = SamplesOf(devices);
+    const double rate = SensorRate(scene.sense);
+    limits_ = scene.manipulator;
+    const Samples none, &samples = row.follows_s ? none : SamplesOf(devices);
     const DrivenClock clock;
+    std::optional<Site> site;
+    if (row.follows_s) site.emplace(devices);
     const auto slave = MakeLiveSlave(scene);
     Devices hands(scene, *slave);
     auto next = row.events.begin();
     double t = 0;
-    for (const v1::SimulatedSample& sample : samples) {
+    const std::size_t count =
+        row.follows_s ? static_cast<std::size_t>(rate * *row.follows_s) : samples.size();
+    for (std::size_t k = 0; k < count; ++k) {
       while (next != row.events.end() && next->at <= t + 1e-9) hands.Begin(*next++);
-      seen_.push_back(hands.Send(sample));
-      t = seen_.back().t + 1 / SensorRate(scene.sense);
-      const v1::Vec3& f = sample.truth().force();
-      peak_ = std::max(peak_, Eigen::Vector3d(f.x(), f.y(), f.z()).norm());
+      seen_.push_back(site ? hands.Follow(static_cast<double>(k) / rate, &*site)
+                           : hands.Send(samples[k]));
+      t = seen_.back().t + 1 / rate;
+      peak_ = std::max(peak_, VectorOf(seen_.back().truth.force()).norm());
     }
     EXPECT_TRUE(next == row.events.end()) << "an event after the last sample, " << t << " s";
   }
@@ -122,6 +128,35 @@ class PromiseTest : public testing::TestWithParam<Row> {
     }
     for (const Seen* one : within) CompareOne(expected, *one);
     if (expected.error_by_sigma) CompareSigma(*expected.error_by_sigma, within);
+    const auto largest = [&](const std::function<double(const Seen&)>& read) {
+      double most = 0;
+      for (const Seen* one : within) most = std::max(most, read(*one));
+      return most;
+    };
+    const auto is_within = [](double value, const std::array<double, 2>& range) {
+      EXPECT_GE(value, range[0]);
+      EXPECT_LE(value, range[1]);
+    };
+    if (expected.guards) {
+      SCOPED_TRACE("the largest force or depth, relative to its guard");
+      const double ratio = largest([&](const Seen& one) {
+        return std::max(one.force / limits_.force_guard, one.depth / limits_.depth_guard);
+      });
+      RecordProperty("guards", std::to_string(ratio));
+      is_within(ratio, *expected.guards);
+    }
+    if (expected.force_peak) {
+      SCOPED_TRACE("the largest known force");
+      const auto force = [](const Seen& one) {
+        return one.state.force ? one.state.force->norm() : 0;
+      };
+      is_within(largest(force), *expected.force_peak);
+    }
+    if (expected.tip_travel_m) {
+      const Eigen::Vector3d& first = within.front()->state.p_S_tip;
+      EXPECT_GE(largest([&](const Seen& one) { return (one.state.p_S_tip - first).norm(); }),
+                *expected.tip_travel_m);
+    }
     if (expected.event) {
       const Event event = kEvents.at(*expected.event);
       EXPECT_TRUE(std::ranges::any_of(within, [&](const Seen* s) { return s->events.Has(event); }))
@@ -203,6 +238,7 @@ class PromiseTest : public testing::TestWithParam<Row> {
 
   std::vector<Seen> seen_;
   double peak_ = 0;  // of the true force [N]
+  ManipulatorOptions limits_;
 };
 
 TEST_P(PromiseTest, IsKept) {
@@ -268,9 +304,16 @@ TEST(PromiseTableTest, HasEachCheckTwice) {
   }
 }
 
-INSTANTIATE_TEST_SUITE_P(Table, PromiseTest,
-                         testing::ValuesIn(ReadRows(SourcePath("/tests/promises/promises.yaml"))),
-                         [](const auto& row) { return row.param.name; });
+std::vector<Row> RowsOf(bool is_full) {
+  auto rows = ReadRows(SourcePath("/tests/promises/promises.yaml"));
+  std::erase_if(rows, [&](const Row& row) { return row.is_full != is_full; });
+  return rows;
+}
+
+constexpr auto kName = [](const auto& row) { return row.param.name; };
+
+INSTANTIATE_TEST_SUITE_P(Table, PromiseTest, testing::ValuesIn(RowsOf(false)), kName);
+INSTANTIATE_TEST_SUITE_P(Full, PromiseTest, testing::ValuesIn(RowsOf(true)), kName);
 
 }  // namespace
 }  // namespace palpate::promises

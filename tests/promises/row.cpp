@@ -1,5 +1,6 @@
 #include "tests/promises/row.h"
 
+#include <algorithm>
 #include <set>
 #include <stdexcept>
 
@@ -76,20 +77,24 @@ Disturbance ReadEvent(const YAML::Node& node, const std::string& where) {
   keys.Read("noise", &event.noise);
   keys.Read("cover", &event.cover);
   keys.Read("late", &event.late);
+  keys.Read("exchanged", &event.exchanged);
   keys.Read("delay_s", &event.delay_s);
   keys.Read("frozen", &event.frozen);
   keys.Read("silent", &event.silent);
   keys.Read("channel", &event.channel);
   keys.Read("value", &event.value);
   keys.Read("add", &event.add);
+  keys.Read("most", &event.most);
   keys.Read("stuck", &event.stuck);
   keys.Read("absent", &event.absent);
   keys.Read("poses", &event.poses);
   keys.Read("encoders_m", &event.encoders_m);
+  keys.Read("encoders_scale", &event.encoders_scale);
   keys.Read("driver", &event.driver);
   keys.Read("reconnects", &event.reconnects);
   keys.Read("reset", &event.reset);
   keys.Read("operates", &event.operates);
+  keys.Read("pause_s", &event.pause_s);
   keys.Read("command_m", &event.command_m);
   keys.Read("stop", &event.stop);
   keys.Read("reset_of", &event.reset_of);
@@ -108,7 +113,10 @@ Expectation ReadExpectation(const YAML::Node& node, const std::string& where) {
   keys.Read("never", &expected.never);
   keys.Read("force", &expected.force);
   keys.Read("force_error", &expected.force_error);
+  keys.Read("force_peak", &expected.force_peak);
   keys.Read("tip_error_m", &expected.tip_error_m);
+  keys.Read("tip_travel_m", &expected.tip_travel_m);
+  keys.Read("guards", &expected.guards);
   keys.Read("age_s", &expected.age_s);
   keys.Read("sigma", &expected.sigma);
   keys.Read("error_by_sigma", &expected.error_by_sigma);
@@ -120,23 +128,27 @@ Expectation ReadExpectation(const YAML::Node& node, const std::string& where) {
   return expected;
 }
 
-Row ReadRow(const YAML::Node& node) {
+Row ReadRow(const YAML::Node& node, const std::string& scene) {
   Row row;
   Keys keys(node, node["name"] ? node["name"].as<std::string>() : "a row without a name");
-  std::string page, scene;
-  YAML::Node events, expected;
+  std::string page;
+  YAML::Node events, expected, scenes;
   keys.Read("name", &row.name);
   keys.Read("page", &page);
   keys.Read("promise", &row.promise);
-  keys.Read("scene", &scene);
+  keys.Read("scene", &scenes);
   keys.Read("site", &row.site);
   keys.Read("stated", &row.stated);
   keys.Read("blind", &row.is_blind);
+  keys.Read("full", &row.is_full);
+  keys.Read("follows_s", &row.follows_s);
   keys.Read("events", &events);
   keys.Read("expected", &expected);
   keys.Finish();
   row.page = page;
   row.scene = scene;
+  if (scenes.IsSequence()) row.name += "_" + row.scene.stem().string();
+  std::ranges::replace(row.name, '-', '_');
   for (const auto& event : events) row.events.push_back(ReadEvent(event, row.name + ".events"));
   for (const auto& one : expected) {
     row.expected.push_back(ReadExpectation(one, row.name + ".expected"));
@@ -151,7 +163,11 @@ Row ReadRow(const YAML::Node& node) {
 
 std::vector<Row> ReadRows(const std::filesystem::path& file) {
   std::vector<Row> rows;
-  for (const auto& node : YAML::LoadFile(file.string())) rows.push_back(ReadRow(node));
+  for (const auto& node : YAML::LoadFile(file.string())) {
+    const YAML::Node scenes = node["scene"];
+    if (scenes.IsScalar()) rows.push_back(ReadRow(node, scenes.as<std::string>()));
+    for (const auto& scene : scenes) rows.push_back(ReadRow(node, scene.as<std::string>()));
+  }
   return rows;
 }
 

@@ -24,23 +24,28 @@ struct Disturbance {
   std::optional<double> noise;              // sigma [grey levels]
   std::optional<std::string> cover;         // tip, contact, object (all but the tip), image, none
   std::optional<int> late;                  // samples that the image is late
+  std::optional<bool> exchanged;            // left and right image
   std::optional<double> delay_s;            // of the images, as their driver states it
   // All sensors; `frozen` of one camera with `side`.
   std::optional<bool> frozen, silent;
   // Fingertips: of the first one.
   std::optional<int> channel;         // channel; absent: all channels
   std::optional<double> value, add;   // replaces the reading; is added to the reading
+  std::optional<double> most;         // larger readings are cut off here
   std::optional<bool> stuck, absent;  // the reading stays constant; the fingertip sends no samples
   std::optional<bool> poses;          // samples contain the true pose, as from a tracked hand
   // Manipulator.
   std::optional<Eigen::Vector3d> encoders_m;  // more than the true tip, S
+  std::optional<double> encoders_scale;       // reported way since then, relative to the true one
   std::optional<bool> driver;                 // the driver sends reports
   std::optional<bool> reconnects;             // the driver's stream ends and begins again
   // Calls that are made once. `reset`: the required answer to ReinitializeTracking: accepted or
   // refused.
   std::optional<std::string> reset;
-  // engage in a new epoch, follow, clutch, silence, blind (no newer state), leave
+  // engage in a new epoch, follow, clutch, silence, blind (no newer state), leave; or strokes into
+  // the surface, each in an epoch of its own: inwards, zigzag, sideways (from 0.8 of a guard)
   std::optional<std::string> operates;
+  std::optional<double> pause_s;             // between strokes
   std::optional<Eigen::Vector3d> command_m;  // the device's position from now on, M
   std::optional<bool> stop;                  // emergency stop; false: reset of the newest
   std::optional<int> reset_of;               // reset of this stop, from 1; it may be refused
@@ -54,8 +59,12 @@ struct Expectation {
   std::optional<std::string> never;  // a check that no state has
   // True: the force is known in `share` of the states; false: it is unknown.
   std::optional<bool> force;
-  std::optional<double> force_error;           // largest of a valid force, parts of the true peak
-  std::optional<double> tip_error_m;           // largest of the tip
+  std::optional<double> force_error;  // largest of a valid force, parts of the true peak
+  std::optional<std::array<double, 2>> force_peak;  // range of the largest known force [N]
+  std::optional<double> tip_error_m;                // largest of the tip
+  std::optional<double> tip_travel_m;  // smallest of the largest distance from the first tip
+  // Range of the largest true force or depth, relative to its guard.
+  std::optional<std::array<double, 2>> guards;
   std::optional<std::array<double, 2>> age_s;  // range, since the sample was taken
   std::optional<std::array<double, 2>> sigma;  // range of all known sigmas [N]
   // Range of the rms of error / sigma of valid forces in contact [-].
@@ -74,6 +83,9 @@ struct Row {
   std::vector<std::string> site;    // overrides of the scene, for its devices and the slave
   std::vector<std::string> stated;  // overrides of the slave's scene only
   bool is_blind = false;            // CHECKS.md lists the error as undetectable
+  bool is_full = false;             // run by `tests/run.sh --full` only
+  // The tool goes where the slave aims it, for this time [s]. Absent: a scripted press.
+  std::optional<double> follows_s;
   std::vector<Disturbance> events;  // sorted by time
   std::vector<Expectation> expected;
 };

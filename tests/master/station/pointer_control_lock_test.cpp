@@ -49,10 +49,10 @@ TEST(PointerControlLockTest, ASilentPageLosesControlToAnotherPage) {
 // The page of a busy browser may be silent for as long as the pointer tolerates.
 TEST(PointerControlLockTest, ALatePageKeepsControlForItsOwnLimit) {
   PointerControlLock lead;
-  EXPECT_TRUE(lead.Hears(kFirst, true, At(0), 0.6));
-  EXPECT_FALSE(lead.Hears(kSecond, true, At(600)));
-  EXPECT_FALSE(lead.Hears(kSecond, false, At(605)));
-  EXPECT_TRUE(lead.Hears(kSecond, true, At(610)));
+  EXPECT_TRUE(lead.Hears(kFirst, true, LockTime(0), 0.6));
+  EXPECT_FALSE(lead.Hears(kSecond, true, LockTime(600)));
+  EXPECT_FALSE(lead.Hears(kSecond, false, LockTime(605)));
+  EXPECT_TRUE(lead.Hears(kSecond, true, LockTime(610)));
 }
 
 }  // namespace
