@@ -133,6 +133,9 @@ function(palpate_test name)
   else()
     palpate_test_entry(${name} ${name} "" "${labels}")
   endif()
+  # The longest first: those with most sources.
+  list(LENGTH ARG_SOURCES cost)
+  set_tests_properties(${name} PROPERTIES COST ${cost})
 endfunction()
 
 # palpate_test_entry(ENTRY PROGRAM ARGUMENT LABELS): one test of ctest.

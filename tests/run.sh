@@ -67,7 +67,11 @@ fi
 if [ $tier != sanitize ]; then
   step "format"
   mapfile -t formatted < <(git ls-files '*.h' '*.cpp' 2>/dev/null)
-  [ ${#formatted[@]} -eq 0 ] || clang-format --dry-run -Werror "${formatted[@]}" || repeat "clang-format -i \$(git ls-files '*.h' '*.cpp')"
+  if [[ $(clang-format --version) != *" 14."* ]]; then
+    echo "note: the format is that of clang-format 14 and was not checked"  # Debian 13 has 19
+  elif [ ${#formatted[@]} -gt 0 ]; then
+    clang-format --dry-run -Werror "${formatted[@]}" || repeat "clang-format -i \$(git ls-files '*.h' '*.cpp')"
+  fi
 fi
 [ -d ../shared ] || echo "note: ../shared is missing: tests that need its recordings and reference values are skipped"
 

@@ -106,7 +106,7 @@ TEST_F(PointerTest, ASilentPageMovesNothing) {
   const DeviceReading before = stage.Run(0.001, kAim, true, false);
   const DeviceReading after = stage.Run(0.4, kAim, true, false);
   EXPECT_TRUE(after.engaged);
-  EXPECT_LT(after.p_M.norm(), kSpeed * 0.12);
+  EXPECT_LT(after.p_M.norm(), kPointerSpeed * 0.12);
   EXPECT_LT((after.p_M - before.p_M).norm(), 1e-4);
 }
 
