@@ -30,6 +30,9 @@ ROOT = pathlib.Path(__file__).resolve().parents[2]
 BIN = pathlib.Path(os.environ.get("PALPATE_BIN", ROOT / "build/release/bin"))
 SANITIZED = bool(os.environ.get("PALPATE_SANITIZED"))  # the interpreter runs under the address sanitizer
 
+NEEDS_TOOLS = unittest.skipIf(SANITIZED or not (BIN / "palpate-tools").exists() or not (BIN / "palpate-verify").exists(),
+                              "palpate-tools and palpate-verify of the release are compared: deploy/build.sh release -- all")
+
 BOX = {"box": {"size": [0.06, 0.06, 0.03], "cells": [6, 6, 3]}}
 ON_GROUND = {"plane": {"axis": "z", "at": 0}}
 RECTANGLE = {"rectangle": {"width": 0.088, "height": 0.088, "thickness": 0.009}}
@@ -466,7 +469,7 @@ class VerifyAndIdentifyTest(SlaveSolve):
         for line in lines:
             self.assertAlmostEqual(line["low_value_high"][1], 0.1, delta=0.01)
 
-    @unittest.skipIf(SANITIZED, "the programs of the release are compared")
+    @NEEDS_TOOLS
     def test_the_report_is_that_of_the_program(self):
         measured, estimated = self.pairs(1.2)
         header = ",".join(f"{w}_f{a}" for w in ("measured", "estimated") for a in "xyz")
@@ -477,7 +480,7 @@ class VerifyAndIdentifyTest(SlaveSolve):
         self.assertEqual(palpate.verify_table(self.folder / "forces.csv").report["cards"], expected)
         self.assertEqual(palpate.verify_forces(measured, estimated).report["cards"], expected)
 
-    @unittest.skipIf(SANITIZED, "the programs of the release are compared")
+    @NEEDS_TOOLS
     def test_identify_gives_the_numbers_of_the_program(self):
         strain = np.linspace(0.01, 0.3, 30)
         stretch, shear = 1 + strain, 20e3
