@@ -13,9 +13,9 @@ system=$(. /etc/os-release 2>/dev/null && echo "${ID:-} ${VERSION_ID:-}") || sys
 untried=
 case $system in
   "debian 12") clang=16 ;;  # `clang` is 14, in which lambdas cannot capture structured bindings
-  "debian 13") clang=19 ;;
+  "debian 13") clang=19 untried=yes ;;
   "ubuntu 24.04") clang=18 untried=yes ;;
-  *) fail "this system is '${system:-unknown}': expected Debian 12 or 13, which were tried, or Ubuntu 24.04, which was not. deploy/demo.sh --no-install builds where the packages are already installed" ;;
+  *) fail "this system is '${system:-unknown}': expected Debian 12 or 13, or Ubuntu 24.04. Tried were Debian 12, and of 13 the packages. deploy/demo.sh --no-install builds where the packages are already installed" ;;
 esac
 
 packages=("clang-$clang" cmake ninja-build protobuf-compiler protobuf-compiler-grpc libprotobuf-dev libgrpc++-dev libeigen3-dev
@@ -77,7 +77,7 @@ if [ "$(id -u)" -ne 0 ]; then
   sudo true || fail "$by_root"
   exec sudo bash "$0" "$@"
 fi
-[ -z "$untried" ] || echo "install: Palpate was not tried on this system, $system. It was on Debian 12 and 13"
+[ -z "$untried" ] || echo "install: Palpate as a whole was not tried on this system, $system. It was on Debian 12"
 log=$(mktemp)
 status="install: requesting ${missing[*]}"
 follow() {  # follow LINE: shows the status of apt and keeps the other output
@@ -98,7 +98,7 @@ advice() {
     *"Could not resolve"* | *"Could not connect"* | *"Unable to connect"* | *"connection timed out"* | *"Temporary failure"*)
       echo "apt does not reach its servers: check the network, and the proxy in /etc/apt/apt.conf.d" ;;
     *"Unable to locate package"* | *"has no installation candidate"*)
-      echo "apt does not know all packages: check that /etc/apt/sources.list or /etc/apt/sources.list.d name main of $system${untried:+, and universe}" ;;
+      echo "apt does not know all packages: check that /etc/apt/sources.list or /etc/apt/sources.list.d name main of $system" ;;
     *"No space left"* | *"enough free space"*) echo "the disk is full" ;;
     *) echo "apt-get failed, see above" ;;
   esac
