@@ -16,8 +16,7 @@ class PointerControlLock {
   // page has control, or had it when this page engaged; this page must then disengage first.
   // Control ends when the page disengages, leaves, or is silent for longer than its `max_silence`
   // [s] and another page engages.
-  bool Hears(std::uint64_t page, bool engaged, Time now,
-             double max_silence = Pointer::kMinSilence) {
+  bool Hears(std::uint64_t page, bool engaged, Time now, double max_silence) {
     if (!engaged) too_early_.erase(page);
     const bool is_led =
         leader_ != 0 && leader_ != page && SecondsBetween(received_at_, now) <= max_silence_;
