@@ -37,9 +37,10 @@ class Pointer final : public HapticDevice {
   // constant limit ends every engagement. The limit is twice what the browser itself has measured.
   // The link is not part of that: a link that gets worse does not prolong the limit.
   // The tool holds after kHoldAfter, whether the operator is disengaged or not. So the limit only
-  // decides whether the tool continues without a new engagement when the page sends again. After
-  // more than a second people no longer connect an answer with their act (Miller 1968), and the
-  // pressed button may no longer be meant. That bounds the limit, whatever a page reports.
+  // decides whether the tool continues without a new engagement when the page sends again. A person
+  // whose act has no effect for more than a second turns to something else (Nielsen, Usability
+  // Engineering, 1993, chapter 5.5), and the pressed button may no longer be meant. That bounds
+  // the limit, whatever a page reports.
   [[nodiscard]] static double MaxSilence(double gap) noexcept {
     constexpr double kMargin = 2;
     return std::clamp(kMargin * gap, kMinSilence, kMaxSilence);

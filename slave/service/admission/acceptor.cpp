@@ -148,11 +148,11 @@ void Acceptor::AcceptOne(int listener) {
   Set(fd, IPPROTO_TCP, TCP_NODELAY, 1);
   PrepareLine(fd);
   connections_.push_back({duplicate, NameOf(peer)});
-  ++accepted_;
   {
     const ReadingPriority calls_grpc;
     hand_on_(fd);
   }
+  ++accepted_;
   std::this_thread::sleep_for(kBetween);
 }
 

@@ -41,7 +41,8 @@ class Acceptor {
     std::function<bool()> trusted = {};  // empty: always; called once per second
   };
   struct Counts {
-    std::uint64_t accepted = 0, open = 0;
+    std::uint64_t accepted = 0;  // connections that were handed on
+    std::uint64_t open = 0;
     std::array<std::uint64_t, kTurnedAwayNames.size()> turned_away{};
   };
   // Receives ownership of an open, non-blocking connection. Called from the acceptor's thread.
