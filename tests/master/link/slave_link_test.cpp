@@ -114,8 +114,10 @@ TEST_F(SlaveLinkTest, DetailsComeWithTheOperatorsStream) {
     const StateRecord newest = link.state();
     EXPECT_EQ(newest.message->details().score(), requested ? 0.75F : 0);
     EXPECT_EQ(newest.message->has_moment(), requested);
-    const auto stub = v1::Teleoperation::NewStub(
-        grpc::CreateChannel(server_->address(), grpc::InsecureChannelCredentials()));
+    grpc::ChannelArguments arguments;
+    arguments.SetInt(GRPC_ARG_ENABLE_HTTP_PROXY, 0);
+    const auto stub = v1::Teleoperation::NewStub(grpc::CreateCustomChannel(
+        server_->address(), grpc::InsecureChannelCredentials(), arguments));
     grpc::ClientContext context;
     v1::Status status;
     ASSERT_TRUE(stub->GetStatus(&context, {}, &status).ok());

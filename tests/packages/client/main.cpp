@@ -7,8 +7,10 @@
 int main(int argc, char** argv) {
   if (argc != 2) return 2;
   namespace v1 = palpate::v1;
-  const auto slave =
-      v1::Teleoperation::NewStub(grpc::CreateChannel(argv[1], grpc::InsecureChannelCredentials()));
+  grpc::ChannelArguments arguments;
+  arguments.SetInt(GRPC_ARG_ENABLE_HTTP_PROXY, 0);
+  const auto slave = v1::Teleoperation::NewStub(
+      grpc::CreateCustomChannel(argv[1], grpc::InsecureChannelCredentials(), arguments));
   grpc::ClientContext asking;
   v1::SceneDescription scene;
   if (!slave->GetScene(&asking, {}, &scene).ok()) return 1;

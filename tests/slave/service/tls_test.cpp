@@ -62,6 +62,7 @@ class TlsTest : public testing::Test {
       const std::shared_ptr<grpc::ChannelCredentials>& credentials) const {
     grpc::ChannelArguments arguments;
     arguments.SetInt(GRPC_ARG_USE_LOCAL_SUBCHANNEL_POOL, 1);
+    arguments.SetInt(GRPC_ARG_ENABLE_HTTP_PROXY, 0);
     return grpc::CreateCustomChannel(server_->address(), credentials, arguments);
   }
   // Makes a certificate `name` that is valid for `seconds` (deploy/certs uses days) and otherwise
