@@ -5,7 +5,9 @@ set(CMAKE_CXX_EXTENSIONS OFF)
 set(CMAKE_EXPORT_COMPILE_COMMANDS ON)
 set(CMAKE_RUNTIME_OUTPUT_DIRECTORY ${CMAKE_BINARY_DIR}/bin)
 
-add_compile_options(-pthread)
+# -fPIC: the Python module is a shared library and contains the slave's libraries. One option for all, since precompiled
+# headers fit only code with the same. clang calls functions as directly as without it.
+add_compile_options(-pthread -fPIC)
 if(PALPATE_NATIVE)
   # g++ 12 warns of its own AVX-512 headers: _mm512_undefined_pd() is uninitialised on purpose.
   add_compile_options(-march=native -Wno-uninitialized $<$<CXX_COMPILER_ID:GNU>:-Wno-maybe-uninitialized>)

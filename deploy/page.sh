@@ -10,6 +10,6 @@ from=master/station/page
 if ! cmp -s $from/package-lock.json build/page/taken.json || [ ! -d build/page/node_modules/three ]; then
   cp $from/package.json $from/package-lock.json $from/.npmrc build/page/
   (cd build/page && timeout 300 npm ci --ignore-scripts >npm.log 2>&1) ||
-    { echo "page.sh: npm could not install: $(tail -n 1 build/page/npm.log)" >&2; exit 77; }
+    { echo "page.sh: npm could not install: $(grep -m 1 -E '^npm (ERR!|error) [A-Za-z]+ .* ' build/page/npm.log || tail -n 1 build/page/npm.log)" >&2; exit 77; }
   cp $from/package-lock.json build/page/taken.json
 fi

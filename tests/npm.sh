@@ -16,6 +16,6 @@ for from in tests/page tests/e2e/recordings deploy/examples; do
     command=ci
   fi
   (cd "$to" && timeout 300 npm $command --ignore-scripts --no-audit --no-fund >npm.log 2>&1) ||
-    { echo "npm.sh: npm could not install the packages of $from: $(tail -n 1 "$to/npm.log")" >&2; exit 77; }
+    { echo "npm.sh: npm could not install the packages of $from: $(grep -m 1 -E '^npm (ERR!|error) [A-Za-z]+ .* ' "$to/npm.log" || tail -n 1 "$to/npm.log")" >&2; exit 77; }
   cp "$from/package.json" "$to/installed.json"
 done
