@@ -72,6 +72,7 @@ export class Setup {
       held: new HeldPress(),
       state: null,
       busy: '',
+      pending: null,
       images: 0,
     });
     this.canvas = byId('setup-canvas');
@@ -304,8 +305,13 @@ export class Setup {
   }
 
   // Calls the slave. Returns its reply, or null and shows the reason at `step`.
+  // One call at a time: what a person has pressed waits for `pending`, and is asked once.
   async call(name, step, request, words) {
     if (this.busy) return null;
+    this.pending = this.send(name, step, request, words);
+    return this.pending;
+  }
+  async send(name, step, request, words) {
     this.busy = words;
     this.draw();
     const token = location.hash.slice(1);
@@ -336,6 +342,7 @@ export class Setup {
     return key ? mistakeWords({ key, value, message, expected }) : { text: callWords(name, reply), details: reply.error };
   }
   async freeze() {
+    await this.pending;
     const reply = await this.call('image', 'image', {}, 'An image is fetched ...');
     if (!reply) return;
     try {
@@ -363,6 +370,7 @@ export class Setup {
     this.changed();
   }
   async findBoard() {
+    await this.pending;
     const { scale } = this.answers.now;
     this.trouble.scale = boardProblems(this.answers.now);
     if (this.trouble.scale.length) return this.draw();
@@ -389,6 +397,7 @@ export class Setup {
   }
   // Checks the scene. Errors are shown at the step that owns their key.
   async propose() {
+    await this.pending;
     const first = firstOpen(this.answers.now);
     if (first) {
       this.step = this.tried = first;
