@@ -13,9 +13,9 @@ system=$(. /etc/os-release 2>/dev/null && echo "${ID:-} ${VERSION_ID:-}") || sys
 untried=
 case $system in
   "debian 12") clang=16 ;;  # `clang` is 14, in which lambdas cannot capture structured bindings
-  "debian 13") clang=19 untried=yes ;;
+  "debian 13") clang=19 ;;
   "ubuntu 24.04") clang=18 untried=yes ;;
-  *) fail "this system is '${system:-unknown}': expected Debian 12 or 13, or Ubuntu 24.04. Tried were Debian 12, and of 13 the packages. deploy/demo.sh --no-install builds where the packages are already installed" ;;
+  *) fail "this system is '${system:-unknown}': expected Debian 12 or 13, or Ubuntu 24.04. Debian 12 and 13 were tried. deploy/demo.sh --no-install builds where the packages are already installed" ;;
 esac
 
 packages=("clang-$clang" cmake ninja-build protobuf-compiler protobuf-compiler-grpc libprotobuf-dev libgrpc++-dev libeigen3-dev
@@ -77,7 +77,7 @@ if [ "$(id -u)" -ne 0 ]; then
   sudo true || fail "$by_root"
   exec sudo bash "$0" "$@"
 fi
-[ -z "$untried" ] || echo "install: Palpate as a whole was not tried on this system, $system. It was on Debian 12"
+[ -z "$untried" ] || echo "install: Palpate as a whole was not tried on this system, $system. It was on Debian 12 and 13"
 log=$(mktemp)
 status="install: requesting ${missing[*]}"
 follow() {  # follow LINE: shows the status of apt and keeps the other output
