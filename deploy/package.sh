@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # Builds the Debian packages palpate-slave, palpate-cameras, palpate-master, palpate-devices, palpate-dev and python3-palpate.
 # usage: deploy/package.sh [--out DIR] [--version VERSION] [--built]
-#   --out DIR           folder of the packages, default build/packages
+#   --out DIR           folder of the packages, default build/packages; what else is there stays
 #   --version VERSION   Debian version, default: from the tag vX.Y.Z, see below
 #   --built             packs what build/release contains, without building
 # It also writes DIR/SHA256SUMS and the software bill of materials DIR/palpate_VERSION.cdx.json (CycloneDX).
@@ -48,8 +48,7 @@ build=$root/build/release made=$root/build/release/package
 for program in palpate-slave palpate-simulator palpate-master; do
   [ -x "$build/bin/$program" ] || { echo "package.sh: $build/bin/$program is missing: leave out --built" >&2; exit 1; }
 done
-rm -rf "$made" "$out"
-mkdir -p "$out"
+rm -rf "$made" "$build/cpack"
 
 python3 deploy/packages/manuals.py "$build/bin" "$made" "$version"
 deploy/python/build.sh "$made/python"
@@ -68,11 +67,13 @@ log=$build/package.log
 cmake "$build" >"$log" 2>&1 || { cat "$log" >&2; exit 1; }
 SOURCE_DATE_EPOCH=$when cpack --config "$build/CPackConfig.cmake" -B "$build/cpack" \
   -D CPACK_PACKAGE_VERSION="$version" >"$log" 2>&1 || { tail -n 40 "$log" >&2; exit 1; }
-mv "$build"/cpack/*.deb "$out/"
-rm -rf "$build/cpack"
+rm -rf "$build/cpack/_CPack_Packages"
 (
-  cd "$out"
+  cd "$build/cpack"
   python3 "$root/deploy/packages/bill.py" "$version" ./*.deb >"palpate_$version.cdx.json"
   sha256sum ./* | sed 's# \./# #' >SHA256SUMS
   ls
 )
+mkdir -p "$out"
+mv "$build"/cpack/* "$out/"
+rmdir "$build/cpack"

@@ -1,8 +1,10 @@
 """deploy/demo.sh and palpate-demo work in a folder whose name has spaces, quotes and umlauts. The programs are
 stand-ins that accept the options of the real ones."""
+import os
 import pathlib
 import re
 import shutil
+import signal
 import subprocess
 import tempfile
 import unittest
@@ -17,8 +19,14 @@ case $1 in
   serve) [ -f "$2" ] && echo "info $2 with 90 elements" >&2 && echo "listening on 127.0.0.1:9" && trap "kill %1; exit 0" TERM && { sleep 600 & wait; } ;;
 esac
 """
+# As the real one it takes SIGINT also where bash has made it ignored, in background programs.
 AS_SIMULATOR = r"""
-[ -f "$1" ] && echo "streaming to 127.0.0.1:9" && trap "kill %1; exit 0" TERM && { sleep 600 & wait; }
+[ -f "$1" ] && exec /usr/bin/python3 -c '
+import signal
+ends = {signal.SIGINT, signal.SIGTERM}
+signal.pthread_sigmask(signal.SIG_BLOCK, ends)
+print("streaming to 127.0.0.1:9", flush=True)
+signal.sigwait(ends)'
 """
 AS_MASTER = r"""
 while [ $# -gt 0 ]; do
@@ -26,6 +34,7 @@ while [ $# -gt 0 ]; do
     --report) printf '"force_error_delay_compensated": {\n  "relative_rms": 0.01\n}\n' >"$2" ;;
     --log) echo t >"$2" ;;
     playback:*) [ -f "${1#playback:}" ] || exit 1 ;;
+    --view) trap "kill %1; sleep 0.3; exit 0" INT; echo "view at here"; sleep 600 & wait ;;
   esac
   shift
 done
@@ -79,6 +88,15 @@ class Demo(unittest.TestCase):
                 self.assertIn(f"plan of {self.root}/deploy/scenes/{scene}.yaml", printed)
                 self.assertIn("results of the insertion" if scene == "zebrafish-embryo" else "== passed", printed)
                 self.assertTrue((self.root / "build/demo/log.csv").exists())
+
+    def test_ctrl_c_is_the_end_of_a_view(self):
+        with subprocess.Popen([self.bin / "palpate-demo", "--view"], cwd=self.root, env=BARE, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE,
+                              stderr=subprocess.PIPE, text=True, start_new_session=True) as demo:
+            while "view at here" not in demo.stdout.readline():
+                self.assertIsNone(demo.poll())
+            os.killpg(demo.pid, signal.SIGINT)
+            _, errors = demo.communicate(timeout=PATIENCE)
+        self.assertEqual((demo.returncode, errors), (0, ""))
 
     def test_it_builds_without_installing(self):
         (self.root / "deploy/install.sh").write_text("#!/bin/sh\nexit 1\n")

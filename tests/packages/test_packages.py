@@ -41,8 +41,13 @@ class Packages(unittest.TestCase):
     def setUpClass(cls):
         cls.scratch = pathlib.Path(cls.enterClassContext(tempfile.TemporaryDirectory()))
         cls.old, cls.new = cls.scratch / "old", cls.scratch / "new"
+        cls.old.mkdir()
+        (cls.old / "measurements.csv").write_text("1,2\n")
         build(cls.old, OLD)
         build(cls.new, NEW)
+
+    def test_what_was_in_the_folder_of_the_packages_stays(self):
+        self.assertEqual((self.old / "measurements.csv").read_text(), "1,2\n")
 
     def test_lintian_reports_no_errors(self):
         reported = must("lintian", "--fail-on", "error", "--tag-display-limit", "0", *sorted(self.new.glob("*.deb")))
