@@ -188,13 +188,13 @@ TipTemplate LoadTipTemplate(const TipTracking& options, const Eigen::Vector2d& d
   };
   TipTemplate tip;
   try {
-    const cv::Mat image = ReadImage(options.template_file, 1);
-    const int smaller = std::min(image.cols, image.rows), larger = std::max(image.cols, image.rows);
-    if (smaller < kMinTemplateEdge || larger > kMaxTemplateEdge) {
-      throw std::runtime_error(std::to_string(image.cols) + " x " + std::to_string(image.rows) +
+    const cv::Mat image = ReadImage(options.template_file, 1, [](const cv::Size& size) {
+      const auto [smaller, larger] = std::minmax(size.width, size.height);
+      if (smaller >= kMinTemplateEdge && larger <= kMaxTemplateEdge) return;
+      throw std::runtime_error(std::to_string(size.width) + " x " + std::to_string(size.height) +
                                " px: expected edges of " + std::to_string(kMinTemplateEdge) +
                                " to " + std::to_string(kMaxTemplateEdge) + " px");
-    }
+    });
     GreyFormat(image).Read(image, cv::Rect(cv::Point(), image.size()), tip.pixels);
   } catch (const std::runtime_error& error) {
     refuse(error.what());

@@ -259,10 +259,10 @@ class Rounds(SetupTest):
                 self.assertGreater(scene.settings_revision, revision)
                 self.refuse_old(revision, scene.settings_revision)
             served, revision = now, self.scene().settings_revision
-            self.assertLessEqual(len([p for p in (self.saved / "scenes").iterdir() if p.name.isdigit()]), 2)
+            self.assertLessEqual(len([p for p in (self.saved / "palpate-scenes").iterdir() if p.name.isdigit()]), 2)
         self.assertIsNone(slave.process.poll())
         slave.__exit__()
-        for file in (self.saved / "scene.yaml", self.saved / "scenes/last/scene.yaml"):
+        for file in (self.saved / "scene.yaml", self.saved / "palpate-scenes/last/scene.yaml"):
             check = run(SLAVE, "check", file, timeout=10 * PATIENCE)
             self.assertEqual(check.returncode, 0, check.stderr)
         self.start("--state-dir", str(state))

@@ -22,7 +22,8 @@ namespace fs = std::filesystem;
 constexpr std::string_view kScene = "scene.yaml";
 constexpr std::array<std::string_view, 4> kFiles{"tip.png", "outline.csv", "lens.yaml",
                                                  "image.jpg"};
-constexpr const char *kCurrent = "current", *kLast = "last";
+constexpr const char *kScenes = "palpate-scenes", *kCurrent = "current", *kLast = "last",
+                     *kMark = "made-by-palpate";
 
 // Returns the number of a scene's folder; 0 for other folders.
 int NumberOf(const fs::path& folder) {
@@ -51,12 +52,33 @@ void SyncFolder(const fs::path& folder) {
   if (!is_done) throw std::runtime_error(folder.string() + ": cannot be written");
 }
 
-// Puts a link to `target` in the place of `link`, by one rename.
+// Puts a link to `target` in the place of `link`, which is a link or absent, by one rename.
 void ReplaceLink(const fs::path& target, const fs::path& link) {
   const fs::path fresh = link.string() + ".new";
   fs::remove(fresh);
   fs::create_symlink(target, fresh);
   fs::rename(fresh, link);
+}
+
+// Removes the folder of one scene, but no file that a set-up does not write.
+void RemoveScene(const fs::path& folder) {
+  std::error_code ignored;
+  fs::remove(folder / kScene, ignored);
+  for (const std::string_view name : kFiles) fs::remove(folder / name, ignored);
+  fs::remove(folder, ignored);  // fails if something else is there
+}
+
+// Makes the folder with its mark, or recognizes it.
+void Own(const fs::path& folder) {
+  if (fs::exists(folder / kMark)) return;
+  if (fs::exists(fs::symlink_status(folder)) &&
+      !(fs::is_directory(folder) && fs::is_empty(folder))) {
+    throw std::runtime_error(folder.string() +
+                             ": not made by a set-up: move it away, or choose another folder");
+  }
+  fs::create_directories(folder);
+  WriteDurably(folder / kMark,
+               "palpate-slave serve --setup made this folder and removes old scenes in it.\n");
 }
 
 }  // namespace
@@ -71,12 +93,14 @@ void WriteProposal(const SceneProposal& proposal, const fs::path& folder) {
   SyncFolder(folder);
 }
 
-SavedScenes::SavedScenes(fs::path folder) : folder_(std::move(folder)) {
-  fs::create_directories(scenes());
+SavedScenes::SavedScenes(fs::path folder) : folder_(std::move(folder)), scenes_(folder_ / kScenes) {
+  Own(scenes());
 }
 
 fs::path SavedScenes::file() const {
-  return folder_ / kScene;
+  std::error_code ignored;
+  const fs::path own = scenes() / kCurrent / kScene;
+  return fs::exists(own, ignored) ? own : folder_ / kScene;
 }
 
 fs::path SavedScenes::NewFolder() const {
@@ -89,75 +113,53 @@ fs::path SavedScenes::NewFolder() const {
   return folder;
 }
 
-// Saves plain files in place of the links as a scene. An earlier release, a person or an editor
-// wrote them.
-void SavedScenes::AdoptPlainFiles() const {
-  const auto is_plain = [&](std::string_view name) {
-    return fs::symlink_status(folder_ / name).type() == fs::file_type::regular;
-  };
-  if (!is_plain(kScene) && std::ranges::none_of(kFiles, is_plain)) return;
-  const fs::path adopted = NewFolder();
-  try {
-    const auto copy = [&](std::string_view name) {
-      if (!fs::is_regular_file(folder_ / name)) return;
-      constexpr std::uintmax_t kMaxBytes = 64 << 20;
-      WriteDurably(adopted / name, ReadWholeFile(folder_ / name, kMaxBytes, "a file of a scene"));
-    };
-    copy(kScene);
-    std::ranges::for_each(kFiles, copy);
-    SyncFolder(adopted);
-    ReplaceLink(adopted.filename(), scenes() / kCurrent);
-    Link(adopted);
-  } catch (...) {
-    std::error_code ignored;
-    if (fs::read_symlink(scenes() / kCurrent, ignored) != adopted.filename()) {
-      fs::remove_all(adopted, ignored);
-    }
-    throw;
-  }
-}
-
-// Makes the links to the files of the scene in `folder`.
+// Makes the links to the files of the scene in `folder`, unless a name belongs to a file of the
+// user.
 void SavedScenes::Link(const fs::path& folder) const {
-  const auto link = [&](std::string_view name) {
-    const fs::path target = fs::path("scenes") / kCurrent / name;
+  const auto is_own = [&](std::string_view name) {
     std::error_code error;
-    if (!fs::exists(folder / name) || fs::read_symlink(folder_ / name, error) == target) return;
-    ReplaceLink(target, folder_ / name);
+    const fs::path link = folder_ / name;
+    if (!fs::is_symlink(link, error)) return !fs::exists(fs::symlink_status(link, error));
+    const std::string target = fs::read_symlink(link, error).string();
+    return target.starts_with(std::string(kScenes) + "/");
+  };
+  if (!is_own(kScene) || !std::ranges::all_of(kFiles, is_own)) return;
+  const auto link = [&](std::string_view name) {
+    const fs::path target = fs::path(kScenes) / kCurrent / name, at = folder_ / name;
+    std::error_code error;
+    if (!fs::exists(folder / name)) {
+      fs::remove(at, error);
+    } else if (fs::read_symlink(at, error) != target) {
+      ReplaceLink(target, at);
+    }
   };
   link(kScene);
   std::ranges::for_each(kFiles, link);
 }
 
-// Removes all scenes except these two, and links whose target no longer exists.
+// Removes all scenes except these two.
 void SavedScenes::RemoveOthers(const fs::path& present, const fs::path& last) const {
   std::error_code ignored;
   for (const auto& entry : fs::directory_iterator(scenes(), ignored)) {
     const fs::path name = entry.path().filename();
     const bool is_old = NumberOf(name) > 0 && name != present && name != last;
-    if (is_old && !entry.is_symlink(ignored)) fs::remove_all(entry.path(), ignored);
-  }
-  for (const std::string_view name : kFiles) {
-    const fs::path link = folder_ / name;
-    if (fs::is_symlink(link, ignored) && !fs::exists(link, ignored)) fs::remove(link, ignored);
+    if (is_old && !entry.is_symlink(ignored)) RemoveScene(entry.path());
   }
 }
 
 SavedScenes::Draft::Draft(const SavedScenes& scenes, const SceneProposal& proposal)
-    : scenes_(scenes), folder_((scenes.AdoptPlainFiles(), scenes.NewFolder())) {
+    : scenes_(scenes), folder_(scenes.NewFolder()) {
   try {
     WriteProposal(proposal, folder_);
     SyncFolder(scenes_.scenes());
   } catch (...) {
-    std::error_code ignored;
-    fs::remove_all(folder_, ignored);
+    RemoveScene(folder_);
     throw;
   }
 }
 
 SavedScenes::Draft::~Draft() {
-  std::error_code ignored;
-  if (!is_used_) fs::remove_all(folder_, ignored);
+  if (!is_used_) RemoveScene(folder_);
 }
 
 fs::path SavedScenes::Draft::file() const {
@@ -167,13 +169,13 @@ fs::path SavedScenes::Draft::file() const {
 void SavedScenes::Draft::Use() {
   std::error_code none;
   const fs::path last = fs::read_symlink(scenes_.scenes() / kCurrent, none);
-  scenes_.Link(folder_);
-  SyncFolder(scenes_.folder_);
   ReplaceLink(folder_.filename(), scenes_.scenes() / kCurrent);
   is_used_ = true;
   try {
     SyncFolder(scenes_.scenes());
     if (!last.empty()) ReplaceLink(last, scenes_.scenes() / kLast);
+    scenes_.Link(folder_);
+    SyncFolder(scenes_.folder_);
   } catch (const std::exception&) {  // the scene is in use, and the previous one still exists
   }
   scenes_.RemoveOthers(folder_.filename(), last);

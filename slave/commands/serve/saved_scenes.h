@@ -11,22 +11,25 @@ namespace palpate {
 // Returns whether a proposal may contain a file of this name. Only these files enter the folder.
 bool IsSetupFile(std::string_view name);
 
-// Each scene has a folder below `scenes`, numbered from 1. The links `scene.yaml`, `tip.png`, ...
-// point to the files of the present scene through the link `scenes/current`. Replacing that link by
-// one rename activates another scene. The previous scene is kept, and `scenes/last` points to it.
+// Each scene has a folder in `palpate-scenes`, numbered from 1, which the set-up makes and marks.
+// `current` there is a link to the present scene. Replacing it by one rename activates another
+// scene. The previous scene is kept, and `last` points to it. Beside the folder, `scene.yaml`,
+// `tip.png`, ... are links to the files of the present scene, where the user has no file of these
+// names. No other file is ever moved, changed or removed.
 class SavedScenes {
  public:
-  // Creates the folder. Throws std::filesystem::filesystem_error.
+  // Creates the folder. Throws std::filesystem::filesystem_error; std::runtime_error: somebody else
+  // made `palpate-scenes` there.
   explicit SavedScenes(std::filesystem::path folder);
 
-  // The scene file that links to the present scene; it need not exist.
+  // The file of the present scene; before the first one a `scene.yaml` of the user. It need not
+  // exist.
   [[nodiscard]] std::filesystem::path file() const;
 
   // A scene that is saved and not in use. It is removed with this object, unless it was used.
   class Draft {
    public:
-    // Plain files in place of the links are first saved as a separate scene. Throws
-    // std::runtime_error: the folder cannot be written.
+    // Throws std::runtime_error: the folder cannot be written.
     Draft(const SavedScenes& scenes, const SceneProposal& proposal);
     ~Draft();
     Draft(const Draft&) = delete;
@@ -45,13 +48,12 @@ class SavedScenes {
   };
 
  private:
-  void AdoptPlainFiles() const;
   void Link(const std::filesystem::path& folder) const;
   void RemoveOthers(const std::filesystem::path& present, const std::filesystem::path& last) const;
   [[nodiscard]] std::filesystem::path NewFolder() const;
-  [[nodiscard]] std::filesystem::path scenes() const { return folder_ / "scenes"; }
+  [[nodiscard]] const std::filesystem::path& scenes() const { return scenes_; }
 
-  const std::filesystem::path folder_;
+  const std::filesystem::path folder_, scenes_;
 };
 
 // Writes the scene as `scene.yaml`, and the files, into `folder`. Throws std::runtime_error.

@@ -54,8 +54,13 @@ void RequireFiles(const SceneProposal& proposal) {
         fmt::format("scene and files of {:.1f} MB: expected at most 32 MiB together",
                     1e-6 * static_cast<double>(bytes)));
   }
-  if (const auto tip = proposal.files.find("tip.png"); tip != proposal.files.end()) {
-    RequireBounded({&tip->second, 1});
+  // The scene may name each of these as an image.
+  for (const auto& [name, content] : proposal.files) {
+    if (name.ends_with(".png") || name.ends_with(".jpg")) {
+      RequireBounded({&content, 1});
+    } else if (content.find('\0') != std::string::npos) {
+      RefuseFile(name, "text");
+    }
   }
 }
 
@@ -110,6 +115,27 @@ void AddForeignNames(const DocumentNode& node, const std::string& path, const Sh
   mistakes->back().line = node.line;
 }
 
+// A client chooses the model. Memory of boundary elements rises with the square of their number:
+// 1000 take 60 MB.
+void AddCost(const Scene& scene, std::vector<SceneMistake>* mistakes) {
+  constexpr int kMaxElements = 1000;
+  constexpr long kMaxCells = 20'000;
+  if (scene.model.elements > kMaxElements) {
+    mistakes->push_back({.key = "model.elements",
+                         .value = std::to_string(scene.model.elements),
+                         .message = "more than a set-up computes",
+                         .expected = fmt::format("at most {}", kMaxElements)});
+  }
+  const auto* box = std::get_if<BoxGeometry>(&scene.object.geometry);
+  if (box == nullptr) return;
+  const double cells = double{1} * box->cells[0] * box->cells[1] * box->cells[2];
+  if (cells <= kMaxCells) return;
+  mistakes->push_back({.key = "object.geometry.box.cells",
+                       .value = fmt::format("{:.0f} cells", cells),
+                       .message = "more than a set-up computes",
+                       .expected = fmt::format("at most {}", kMaxCells)});
+}
+
 // Lists the parts of a scene that a set-up does not permit: another camera, or another client.
 std::vector<SceneMistake> ForeignParts(const Scene& scene, const SharedCamera& camera) {
   std::vector<SceneMistake> mistakes;
@@ -121,6 +147,7 @@ std::vector<SceneMistake> ForeignParts(const Scene& scene, const SharedCamera& c
                         .message = "a driver cannot connect during the set-up",
                         .expected = "`manipulator: none`, or another source after the set-up"});
   }
+  AddCost(scene, &mistakes);
   return mistakes;
 }
 

@@ -180,12 +180,28 @@ TEST_F(SetupSessionTest, OtherCamerasFoldersAndFilesAreRefused) {
   EXPECT_THROW(session_.Check(climbing, nullptr), std::invalid_argument);
 }
 
-// The first scene was written by hand; three follow. Each is loaded by the name given in the guide.
-TEST_F(SetupSessionTest, TheSceneBeforeIsKeptAndAFolderWithoutLinksIsAdopted) {
+// A file of 0.1 MB that would take 60 MB as pixels.
+TEST_F(SetupSessionTest, AnImageOfAnyNameIsBoundedBeforeItIsDecoded) {
+  const std::string large = EncodePng(cv::Mat(6000, 5000, CV_16UC1, cv::Scalar(0)));
+  for (const char* name : {"image.jpg", "outline.csv", "lens.yaml", "tip.png"}) {
+    SceneProposal proposal = Proposal();
+    proposal.files[name] = large;
+    EXPECT_THROW(session_.Check(proposal, nullptr), std::invalid_argument) << name;
+  }
+}
+
+TEST_F(SetupSessionTest, AModelThatTakesTooMuchMemoryIsRefused) {
+  SceneProposal proposal = Proposal();
+  proposal.scene.replace(proposal.scene.find("elements: 60"), 12, "elements: 4000");
+  const ProposalReport report = session_.Check(proposal, nullptr);
+  ASSERT_EQ(report.mistakes.size(), 1U);
+  EXPECT_EQ(report.mistakes.front().key, "model.elements");
+}
+
+// Three scenes follow each other. Each is loaded by the name given in the guide.
+TEST_F(SetupSessionTest, TheSceneBeforeIsKept) {
   const auto folder = saved_.path() / "scenes", file = folder / "scene.yaml";
-  const SceneProposal own = Proposal("101 kPa");
-  WriteWholeFile(file, own.scene);
-  WriteWholeFile(folder / "tip.png", own.files.at("tip.png"));
+  Use(Proposal("101 kPa"));
   const auto modulus = [](const std::filesystem::path& scene) {
     return LoadScene(scene).object.material.young_modulus;
   };
@@ -194,16 +210,53 @@ TEST_F(SetupSessionTest, TheSceneBeforeIsKeptAndAFolderWithoutLinksIsAdopted) {
     (void)session_.Prepare(Proposal("999 kPa"), nullptr);
     EXPECT_EQ(modulus(file), last) << "it was prepared and not used";
     Use(Proposal(next));
-    EXPECT_EQ(modulus(folder / "scenes/last/scene.yaml"), last);
+    EXPECT_EQ(modulus(folder / "palpate-scenes/last/scene.yaml"), last);
     last += 1e3;
     EXPECT_EQ(modulus(file), last);
   }
   EXPECT_EQ(session_.First()->Describe().scene.object.material.young_modulus, last);
   std::size_t kept = 0;
-  for (const auto& entry : std::filesystem::directory_iterator(folder / "scenes")) {
-    kept += entry.is_symlink() ? 0 : 1;
+  for (const auto& entry : std::filesystem::directory_iterator(folder / "palpate-scenes")) {
+    kept += entry.is_directory() && !entry.is_symlink() ? 1 : 0;
   }
   EXPECT_EQ(kept, 2U);
+}
+
+// Accepted and rejected scenes in a folder whose files have the names that a set-up uses.
+TEST_F(SetupSessionTest, NoFileOfTheUserIsChanged) {
+  const auto folder = saved_.path() / "scenes";
+  const std::vector<std::filesystem::path> mine{
+      "scene.yaml",          "tip.png",           "outline.csv", "lens.yaml", "image.jpg",
+      "scenes/7/thesis.csv", "scenes/last/a.txt", "notes.txt"};
+  for (const auto& name : mine) {
+    std::filesystem::create_directories((folder / name).parent_path());
+    WriteWholeFile(folder / name, "mine: " + name.string());
+  }
+  WriteWholeFile(folder / "palpate-scenes/mine.txt", "mine");
+  for (int i = 0; i < 4; ++i) {
+    EXPECT_THROW((void)session_.Prepare(Proposal("abc"), nullptr), std::invalid_argument);
+    Use(Proposal(std::to_string(101 + i) + " kPa"));
+    WriteWholeFile(folder / "palpate-scenes/current/mine.txt", "mine");
+  }
+  for (const auto& name : mine) {
+    const auto file = folder / name;
+    EXPECT_FALSE(std::filesystem::is_symlink(file)) << file;
+    EXPECT_EQ(ReadWholeFile(file, 100, "a file"), "mine: " + name.string());
+  }
+  EXPECT_EQ(ReadWholeFile(folder / "palpate-scenes/mine.txt", 100, "a file"), "mine");
+  for (int i = 1; i <= 4; ++i) {
+    EXPECT_EQ(
+        ReadWholeFile(folder / "palpate-scenes" / std::to_string(i) / "mine.txt", 100, "a file"),
+        "mine");
+  }
+  EXPECT_EQ(session_.First()->Describe().scene.object.material.young_modulus, 104e3);
+}
+
+TEST(SavedScenesTest, AFolderThatSomebodyElseMadeIsRefused) {
+  const PrivateFolder folder;
+  std::filesystem::create_directory(folder.path() / "palpate-scenes");
+  WriteWholeFile(folder.path() / "palpate-scenes/thesis.csv", "1");
+  EXPECT_THROW(SavedScenes(folder.path()), std::runtime_error);
 }
 
 TEST_F(SetupSessionTest, ASceneOfAnotherCameraIsNotServed) {
