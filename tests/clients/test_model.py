@@ -8,14 +8,17 @@ import json
 import math
 import os
 import pathlib
+import pickle
 import shutil
 import subprocess
 import sys
 import tempfile
+import threading
 import time
 import types
 import unittest
 import warnings
+from concurrent import futures
 
 import numpy as np
 
@@ -279,6 +282,27 @@ class MeshTest(SlaveSolve):
         self.assertEqual(warned.filename, __file__)
         with self.assertWarnsRegex(palpate.ForceWarning, "young_modulus"):
             palpate.Model(BOX, 20, 0.45, tool=FLAT, fixed=ON_GROUND, kind="fem-green")
+
+    def test_other_threads_run_while_a_model_computes(self):
+        model = palpate.Model({"box": {"size": [0.06, 0.06, 0.03], "cells": [16, 16, 8]}}, 20e3, 0.3, tool=FLAT, fixed=ON_GROUND, kind="fem")
+        rows = [[0.03, 0.03, 0.03, 0, 0, -0.001 * i] for i in (1, 2, 3)]
+        alone, turns, ends = model.solve(rows), [], threading.Event()
+        other = threading.Thread(target=lambda: [turns.append(time.monotonic()) or time.sleep(1e-4) for _ in iter(ends.is_set, True)])
+        other.start()
+        begin = time.monotonic()
+        with futures.ThreadPoolExecutor(2) as pool:
+            answers = list(pool.map(model.solve, [rows, rows]))
+        end = time.monotonic()
+        ends.set()
+        other.join()
+        self.assertGreater(sum(begin < turn < end for turn in turns), 10)
+        for answer in answers:
+            np.testing.assert_array_equal(answer.force, alone.force)
+
+    def test_errors_pass_between_processes(self):
+        for kind in (palpate.Error, palpate.LeaseHeld, palpate.Interrupted):
+            error = pickle.loads(pickle.dumps(kind("ABORTED", "held by Ada", "LEASE_HELD")))
+            self.assertEqual((type(error), str(error), error.reason), (kind, "ABORTED: held by Ada", "LEASE_HELD"))
 
     def test_the_threads_of_openblas_are_left_alone(self):
         code = ("import ctypes, numpy; numpy.ones((9, 9)) @ numpy.ones((9, 9))\n"

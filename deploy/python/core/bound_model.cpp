@@ -99,6 +99,7 @@ py::array_t<double> BoundModel::Nodes() const {
 }
 
 void BoundModel::Fix(const Integers& nodes) {
+  const auto alone = Alone();
   FixedNodes listed;
   for (py::ssize_t i = 0; i < nodes.size(); ++i) {
     const std::int64_t node = nodes.data()[i];
@@ -110,12 +111,16 @@ void BoundModel::Fix(const Integers& nodes) {
 }
 
 void BoundModel::Prepare() {
-  model_ = MakeModel(scene_, mesh_, &progress_);
-  reader_.emplace(mesh_, rules_);
-  solver_.emplace(scene_, mesh_, model_.get());
+  const auto alone = Alone();
+  Computed([&] {
+    model_ = MakeModel(scene_, mesh_, &progress_);
+    reader_.emplace(mesh_, rules_);
+    solver_.emplace(scene_, mesh_, model_.get());
+  });
 }
 
 py::dict BoundModel::Info() const {
+  const auto alone = Alone();
   const ModelInfo& info = model_->info();
   py::dict dict;
   dict["kind"] = info.kind;
@@ -127,6 +132,7 @@ py::dict BoundModel::Info() const {
 }
 
 py::tuple BoundModel::Solve(const Numbers& rows, bool are_loads) {
+  const auto alone = Alone();
   if (!solver_) throw std::logic_error("Solve before Prepare");
   if (rows.ndim() != 3 || rows.shape(2) != 6) {
     throw std::invalid_argument("contacts: expected the shape (cases, contacts, 6)");
@@ -179,7 +185,7 @@ py::tuple BoundModel::Solve(const Numbers& rows, bool are_loads) {
   for (py::ssize_t i = 0; i < cases; ++i) {
     const auto first = static_cast<std::size_t>(i * contacts);
     for (std::size_t k = 0; k < one.size(); ++k) one[k] = first + k;
-    const bool solved = solver_->Solve(one, &rows_, &solution_);
+    const bool solved = Computed([&] { return solver_->Solve(one, &rows_, &solution_); });
     for (py::ssize_t j = 0; j < contacts; ++j) {
       const SolveRow& row = rows_[first + static_cast<std::size_t>(j)];
       const ContactResponse& response = row.response;

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <memory>
+#include <mutex>
 #include <optional>
 #include <string>
 #include <vector>
@@ -27,6 +28,7 @@ using Integers =
 // number of a node that does not exist.
 std::shared_ptr<const GivenMesh> MeshOfArrays(const Numbers& nodes, const Integers& elements);
 
+// Threads of Python may call it at the same time; their calls wait for each other.
 class BoundModel {
  public:
   // Meshes the object; the model is made by Prepare. Throws as MeshObject; std::invalid_argument: a
@@ -51,11 +53,23 @@ class BoundModel {
   // std::invalid_argument naming the contact.
   pybind11::tuple Solve(const Numbers& rows, bool are_loads);
   // The time that the model took for the last case [us].
-  [[nodiscard]] double update_us() const { return rows_.empty() ? 0 : rows_.back().solve_us; }
+  [[nodiscard]] double update_us() const {
+    const auto alone = Alone();
+    return rows_.empty() ? 0 : rows_.back().solve_us;
+  }
   // See PlaceRemark, of the last answers.
-  [[nodiscard]] std::string PlaceRemark() const { return palpate::PlaceRemark(mesh_, rows_); }
+  [[nodiscard]] std::string PlaceRemark() const {
+    const auto alone = Alone();
+    return palpate::PlaceRemark(mesh_, rows_);
+  }
 
  private:
+  // Waits without Python's lock, which the thread that computes may need.
+  [[nodiscard]] std::unique_lock<std::mutex> Alone() const {
+    return Computed([this] { return std::unique_lock(busy_); });
+  }
+
+  mutable std::mutex busy_;
   Scene scene_;
   ObjectMesh mesh_;
   RowRules rules_;

@@ -1,4 +1,5 @@
-// A call of Python into the libraries: Ctrl+C interrupts it, and OpenBLAS computes on one thread.
+// A call of Python into the libraries: Ctrl+C interrupts it, OpenBLAS computes on one thread, and
+// other threads of Python run while it computes.
 #pragma once
 
 #include <stop_token>
@@ -13,6 +14,7 @@ namespace palpate::python {
 
 // Throws Interrupted where a handler of a signal raised.
 inline void RequireNoSignal() {
+  const pybind11::gil_scoped_acquire python;
   if (PyErr_CheckSignals() != 0) throw Interrupted();
 }
 
@@ -20,6 +22,7 @@ inline void RequireNoSignal() {
 class SignalProgress final : public Progress {
  public:
   bool Report(std::string_view /*stage*/, double /*done*/) override {
+    const pybind11::gil_scoped_acquire python;
     if (PyErr_CheckSignals() == 0) return true;
     stop_.request_stop();
     return false;
@@ -40,6 +43,13 @@ auto Called(const F& f) {
     if (PyErr_Occurred() != nullptr) throw pybind11::error_already_set();
     throw;
   }
+}
+
+// `f` as work that uses no object of Python, whose lock is released meanwhile.
+template <class F>
+auto Computed(const F& f) {
+  const pybind11::gil_scoped_release others_run;
+  return f();
 }
 
 }  // namespace palpate::python

@@ -49,7 +49,8 @@ std::unique_ptr<BoundModel> ModelOfText(const std::string& scene,
     std::shared_ptr<const GivenMesh> mesh;
     if (nodes && elements) mesh = MeshOfArrays(*nodes, *elements);
     try {
-      return std::make_unique<BoundModel>(ParseScene(scene, std::move(mesh)));
+      return Computed(
+          [&] { return std::make_unique<BoundModel>(ParseScene(scene, std::move(mesh))); });
     } catch (const SceneError& error) {
       throw std::invalid_argument(WordsOf(error));
     }
@@ -58,14 +59,20 @@ std::unique_ptr<BoundModel> ModelOfText(const std::string& scene,
 
 std::unique_ptr<BoundModel> ModelOfFile(const std::filesystem::path& scene,
                                         const std::vector<std::string>& overrides) {
-  return Called(
-      [&] { return std::make_unique<BoundModel>(LoadScene(scene, overrides, SceneUse::kSolve)); });
+  return Called([&] {
+    return Computed([&] {
+      return std::make_unique<BoundModel>(LoadScene(scene, overrides, SceneUse::kSolve));
+    });
+  });
 }
 
 // (report as JSON, as text, whether it passes).
 py::tuple ComparisonOf(const ForceTables& tables, const std::string& source) {
-  Comparisons comparisons;
-  for (const auto& [finger, rows] : tables) comparisons[finger] = CompareForces(rows);
+  const Comparisons comparisons = Computed([&] {
+    Comparisons made;
+    for (const auto& [finger, rows] : tables) made[finger] = CompareForces(rows);
+    return made;
+  });
   return py::make_tuple(ToJson("", source, comparisons), ToText(comparisons), Pass(comparisons));
 }
 
@@ -95,14 +102,17 @@ py::tuple CompareArrays(const Numbers& measured, const Numbers& estimated,
 }
 
 py::tuple CompareTable(const std::filesystem::path& file, const ForceColumns& columns) {
-  return Called([&] { return ComparisonOf(ReadForces(file, columns), file.filename().string()); });
+  return Called([&] {
+    const ForceTables tables = Computed([&] { return ReadForces(file, columns); });
+    return ComparisonOf(tables, file.filename().string());
+  });
 }
 
 // (report as JSON, as text).
 py::tuple Identified(const IdentifyRequest& request) {
   return Called([&] {
     SignalProgress progress;
-    const IdentifyReport report = Identify(request, {}, &progress);
+    const IdentifyReport report = Computed([&] { return Identify(request, {}, &progress); });
     return py::make_tuple(ToJson(report), ToWords(report));
   });
 }

@@ -20,10 +20,13 @@ class Error(Exception):
     """
 
     def __init__(self, code: str, details: str, reason: str = "") -> None:
-        super().__init__(f"{code}: {details}")
+        super().__init__(code, details, reason)  # the arguments with which pickle makes it again
         self.code = code
         self.details = details
         self.reason = reason
+
+    def __str__(self) -> str:
+        return f"{self.code}: {self.details}"
 
 
 class LeaseHeld(Error):

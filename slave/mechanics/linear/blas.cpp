@@ -1,6 +1,8 @@
 // Limits OpenBLAS to one thread in every program that links this file.
 #include "slave/mechanics/linear/blas.h"
 
+#include <mutex>
+
 // Functions of OpenBLAS with threads; null for other BLAS libraries.
 extern "C" {
 [[gnu::weak]] void openblas_set_num_threads(int threads);
@@ -21,6 +23,9 @@ void SetThreads(int threads) noexcept {
 
 int threads_at_load = 0;
 
+std::mutex users_mutex;  // guards the next two
+int users = 0, threads_before = 0;
+
 // Models are made and updated on several threads at the same time. Debian's single-threaded
 // OpenBLAS allocates its work buffers without a lock, so two callers may share one: about once in a
 // thousand runs a factorisation was wrong. The multi-threaded version has locks, and limited to one
@@ -39,12 +44,15 @@ bool UseOneThread() {
 extern const bool uses_one_thread;
 const bool uses_one_thread = UseOneThread();
 
-OneThread::OneThread() noexcept : before_(ThreadsNow()) {
+OneThread::OneThread() noexcept {
+  const std::scoped_lock lock(users_mutex);
+  if (users++ == 0) threads_before = ThreadsNow();
   SetThreads(1);
 }
 
 OneThread::~OneThread() {
-  SetThreads(before_);
+  const std::scoped_lock lock(users_mutex);
+  if (--users == 0) SetThreads(threads_before);
 }
 
 void RestoreThreads() noexcept {
