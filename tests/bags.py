@@ -6,7 +6,7 @@ STAMPED, PLAIN, CONTACT = "geometry_msgs/msg/WrenchStamped", "geometry_msgs/msg/
 MAGIC = b"\x89MCAP0\r\n"
 
 
-def wrench(kind, t_ns, force, sigma=None, validity=1, frame="sensor", order="<"):
+def wrench(kind, t_ns, force, sigma=None, validity=1, frame="sensor", order="<", acts_on=1):
     """Encodes a message in CDR (OMG DDS-XTYPES 7.4: each value is aligned to its size behind the header of four
     bytes)."""
     body = bytearray()
@@ -29,7 +29,7 @@ def wrench(kind, t_ns, force, sigma=None, validity=1, frame="sensor", order="<")
     if kind == CONTACT:
         put("d", sigma)
         put("B", validity)
-        put("B", 1)
+        put("B", acts_on)
         put_text("")
     return (b"\0\1\0\0" if order == "<" else b"\0\0\0\0") + bytes(body)
 

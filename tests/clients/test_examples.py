@@ -310,7 +310,10 @@ class Python(Examples):
             slave.simulator.stop()
             self.assertTrue(wait_until(lambda: newest()["level"] == [3]), newest())
             self.assertIn({"key": "validity", "value": "stale"}, newest()["values"])
-            count = len(messages("palpate/wrench"))
+            link.max_down = 0  # everything is lost, and the connection is not closed
+            self.assertTrue(wait_until(lambda: re.match(r"no state for \d+ s", newest()["message"])), newest())
+            self.assertEqual(newest()["level"], [3])
+            count, link.max_down = len(messages("palpate/wrench")), math.inf
             link.cut()
             self.assertTrue(wait_until(lambda: any(m["status"][0]["level"] == [2] for m in messages("/diagnostics"))))
             slave.simulator = Simulator(slave.command, slave.address)

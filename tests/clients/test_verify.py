@@ -116,6 +116,12 @@ class VerifyTest(unittest.TestCase):
         # The other topic is the estimate.
         self.assertEqual(self.wrong(self.folder / "run.mcap", "--measured", "/sensor")[0], set())
 
+    def test_a_wrench_on_the_object_has_the_other_sign(self):
+        t, measured, estimated = forces()
+        bags.write_mcap(self.folder / "object.mcap", messages("/sensor", bags.STAMPED, t, measured) +
+                        messages("/estimate", bags.CONTACT, t, -estimated, acts_on=2))
+        self.assertEqual(self.wrong(self.folder / "object.mcap", "--measured", "/sensor", "--estimated", "/estimate")[0], set())
+
     def test_topics_of_different_times_are_joined(self):
         t, measured, estimated = forces()
         dense = np.arange(0, t[-1], 0.003)

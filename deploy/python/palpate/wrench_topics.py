@@ -17,6 +17,7 @@ from palpate.recording import channel_messages
 
 # Types of messages with a force, as rosbag2 and MCAP name them.
 STAMPED, PLAIN, CONTACT = "geometry_msgs/msg/WrenchStamped", "geometry_msgs/msg/Wrench", "palpate_msgs/msg/ContactWrench"
+ON_OBJECT = 2  # ContactWrench.acts_on; a force here is that on the tool
 WRENCHES = (STAMPED, PLAIN, CONTACT)
 SQLITE = b"SQLite format 3\x00"
 
@@ -139,6 +140,8 @@ def _decoded(kind: str, data: bytes, recorded_ns: int) -> _Row:
     if kind == CONTACT:
         sigma = float(cdr.take("d", 8))
         valid = cdr.take("B", 1) == 1
+        if cdr.take("B", 1) == ON_OBJECT:
+            numbers = [-number for number in numbers]
     return stamp_ns, frame, (numbers[0], numbers[1], numbers[2]), sigma, valid
 
 

@@ -13,17 +13,19 @@ in the repository).
   deviation and validity. Unknown numbers are NaN.
 - /diagnostics, diagnostic_msgs/DiagnosticArray: validity, standard deviation and reason of every new estimate, and
   whether the moment is known. Unknown values are absent. It is published when the validity changes too, for example to
-  stale, and at least once a second. The level is OK: valid; STALE: the sensor is silent; ERROR: no connection; else WARN.
+  stale, and at least once a second. The level is OK: valid; STALE: the sensor is silent, or the slave for one second;
+  ERROR: no connection; else WARN.
 
 The time of a message is that of the image or tactile sample, converted from the slave's clock to that of the node. All
-topics have the quality of service of sensor data: best effort, the newest 5. After a lost connection the bridge connects
-again. --messages: end after N wrenches; default: never. Prints the number of wrenches. Exit code 0: all were published;
+topics are reliable and keep the newest 10, which serves best-effort subscribers, too. After a lost connection the bridge
+connects again. --messages: end after N wrenches; default: never. Prints the number of wrenches. Exit code 0: all were published;
 1: the node was stopped before.
 """
 import argparse
 import collections
 import math
 import sys
+import threading
 import time
 
 import grpc
@@ -33,8 +35,8 @@ from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
 from geometry_msgs.msg import WrenchStamped
 from palpate.v1 import teleoperation_pb2
 from palpate_msgs.msg import ContactWrench
-from rclpy.qos import qos_profile_sensor_data
 
+KEPT = 10    # messages of a reliable topic
 AGAIN = 1.0  # [s] between two measurements of the clock, diagnostics of a silent sensor, and attempts to connect
 
 
@@ -132,9 +134,10 @@ class Bridge:
 
     def __init__(self, arguments: argparse.Namespace, node) -> None:
         self._arguments, self._node = arguments, node
-        self._wrenches = node.create_publisher(WrenchStamped, arguments.topic, qos_profile_sensor_data)
-        self._contacts = node.create_publisher(ContactWrench, f"{arguments.topic}/contact", qos_profile_sensor_data)
-        self._diagnostics = node.create_publisher(DiagnosticArray, "/diagnostics", qos_profile_sensor_data)
+        self._wrenches = node.create_publisher(WrenchStamped, arguments.topic, KEPT)
+        self._contacts = node.create_publisher(ContactWrench, f"{arguments.topic}/contact", KEPT)
+        self._diagnostics = node.create_publisher(DiagnosticArray, "/diagnostics", KEPT)
+        self._came = math.inf  # [s] when the last state came; infinite: not connected
         self.published = 0  # wrenches
 
     def is_done(self) -> bool:
@@ -142,20 +145,41 @@ class Bridge:
 
     def run(self) -> None:
         """Reconnects until enough messages are published."""
-        while not self.is_done():
-            try:
-                with palpate.connect(self._arguments.target, self._arguments.tls) as slave:
-                    self._publish(slave)
-            except palpate.Error as error:
-                message = diagnostics(DiagnosticStatus.ERROR, f"no connection: {error}", self._arguments.frame, {})
-                set_stamp(message.header, self._node.get_clock().now().nanoseconds)
-                self._diagnostics.publish(message)
-                print(f"bridge: {error}", file=sys.stderr, flush=True)
-                time.sleep(AGAIN)
+        ends = threading.Event()
+        watching = threading.Thread(target=self._watch, args=(ends,))
+        watching.start()
+        try:
+            while not self.is_done():
+                try:
+                    with palpate.connect(self._arguments.target, self._arguments.tls) as slave:
+                        self._publish(slave)
+                except palpate.Error as error:
+                    self._came = math.inf
+                    self._report(DiagnosticStatus.ERROR, f"no connection: {error}")
+                    print(f"bridge: {error}", file=sys.stderr, flush=True)
+                    time.sleep(AGAIN)
+        finally:
+            ends.set()
+            watching.join()
+
+    def _watch(self, ends: threading.Event) -> None:
+        """Reports a silent slave: a line that is cut ends a connection only after many seconds."""
+        reported = 0.0
+        while not ends.wait(AGAIN / 10):
+            now = time.monotonic()
+            if now - self._came > AGAIN and now - reported > AGAIN:
+                self._report(DiagnosticStatus.STALE, f"no state for {now - self._came:.0f} s")
+                reported = now
+
+    def _report(self, level: bytes, words: str) -> None:
+        message = diagnostics(level, words, self._arguments.frame, {})
+        set_stamp(message.header, self._node.get_clock().now().nanoseconds)
+        self._diagnostics.publish(message)
 
     def _publish(self, slave: palpate.Slave) -> None:
         clock, last, due = SlaveClock(slave, self._node), None, 0.0
         for state in slave.states(self._arguments.rate, details=True):
+            self._came = time.monotonic()
             now = state.t, state.validity, state.check
             is_new = last is None or now[0] != last[0]  # states are repeated between two samples
             sensed = clock.local(state.message.sensed_at)
