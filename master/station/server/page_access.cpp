@@ -63,6 +63,7 @@ bool NamesThisMachine(std::string_view host) {
 
 PageAccess MakePageAccess(const std::filesystem::path& folder, const std::string& host) {
   RequireCertificates(folder);
+  const auto written_at = std::filesystem::last_write_time(folder / "cert.pem");
   auto tls = std::make_shared<ssl::context>(ssl::context::tls_server);
   SSL_CTX_set_min_proto_version(tls->native_handle(), TLS1_3_VERSION);
   const auto cert = folder / "cert.pem", key = folder / "key.pem";
@@ -73,7 +74,20 @@ PageAccess MakePageAccess(const std::filesystem::path& folder, const std::string
     throw std::invalid_argument(cert.string() + " and key.pem: " + error.code().message());
   }
   RequireForPage(tls.get(), cert, host);
-  return {std::move(tls), MakeToken()};
+  return {std::move(tls), MakeToken(), folder, host, written_at};
+}
+
+void RenewCertificate(PageAccess* access) {
+  if (!access->tls) return;
+  std::error_code error;
+  const auto written_at = std::filesystem::last_write_time(access->folder / "cert.pem", error);
+  if (error || written_at == access->written_at) return;
+  try {
+    PageAccess renewed = MakePageAccess(access->folder, access->host);
+    access->tls = std::move(renewed.tls);
+    access->written_at = renewed.written_at;
+  } catch (const std::exception&) {  // perhaps half written: the next connection tries again
+  }
 }
 
 PagePlace ViewPlace(const std::string& text, const std::filesystem::path& tls) {

@@ -16,6 +16,10 @@ namespace palpate {
 struct PageAccess {
   std::shared_ptr<boost::asio::ssl::context> tls;  // null: plain text on loopback
   std::string token = {};                          // 128 bits in hexadecimal digits
+  // Of the certificate.
+  std::filesystem::path folder = {};
+  std::string host = {};
+  std::filesystem::file_time_type written_at = {};
 };
 
 // Address and access of a page.
@@ -33,6 +37,8 @@ PagePlace ViewPlace(const std::string& text, const std::filesystem::path& tls);
 // if a file is missing or unreadable, others can read the key, or the certificate does not fit the
 // host.
 PageAccess MakePageAccess(const std::filesystem::path& folder, const std::string& host);
+// Reads the certificate again if its file has changed. One that cannot be used is left out.
+void RenewCertificate(PageAccess* access);
 
 // Returns whether the query of the request `target` is the token (`/ws?token=...`). Runs in
 // constant time.

@@ -1,6 +1,9 @@
 #include "master/station/server/page_server.h"
 
+#include <algorithm>
 #include <atomic>
+#include <list>
+#include <map>
 #include <optional>
 #include <stdexcept>
 #include <thread>
@@ -84,13 +87,22 @@ bool IsSetUp(const PageRequest& request) {
 
 // State of an HTTP connection from the first byte to its only answer.
 struct Caller : std::enable_shared_from_this<Caller> {
-  Caller(tcp::socket&& socket, asio::ssl::context* tls, std::atomic<std::size_t>* callers)
-      : stream(std::move(socket), tls), count(callers) {
+  Caller(tcp::socket&& socket, std::shared_ptr<asio::ssl::context> used,
+         std::atomic<std::size_t>* callers, std::atomic<std::size_t>* all_arriving)
+      : tls(std::move(used)),
+        stream(std::move(socket), tls.get()),
+        count(callers),
+        arriving(all_arriving) {
+    error_code ignored;
+    address = stream.tcp().socket().remote_endpoint(ignored).address();
     ++*count;
     parser.header_limit(kMaxHeaderLength);
     parser.body_limit(PageServer::kMaxSetupBytes);
   }
-  ~Caller() { --*count; }
+  ~Caller() {
+    --*count;
+    *arriving -= announced;
+  }
   void Answer(Reply&& made) {
     reply = std::move(made);
     http::async_write(stream, reply,
@@ -100,8 +112,12 @@ struct Caller : std::enable_shared_from_this<Caller> {
                       });
   }
 
+  std::shared_ptr<asio::ssl::context> tls;
   PageStream stream;
-  std::atomic<std::size_t>* count;
+  asio::ip::address address;  // of the browser
+  std::atomic<std::size_t>*count, *arriving;
+  std::size_t announced = 0;  // length of its body, while that is part of `arriving` [bytes]
+  bool asks = false;          // its request has arrived
   boost::beast::flat_buffer buffer;
   http::request_parser<http::empty_body> parser;
   std::optional<http::request_parser<http::string_body>> body;  // of a request of the set-up
@@ -124,6 +140,9 @@ struct PageServer::Parts {
   void Listen(const Endpoint& endpoint);
   void Accept();
   void Serve(tcp::socket&& socket);
+  // Closes the connection that has been silent for longest, of the address with most of them.
+  // False: none is silent.
+  bool MakeRoom();
   void Read(const std::shared_ptr<Caller>& caller);
   // Rejection of a request that acts on the slave, with its HTTP status; empty: accepted.
   [[nodiscard]] std::pair<http::status, std::string> Refusal(const PageRequest& request) const;
@@ -136,8 +155,9 @@ struct PageServer::Parts {
 
   const NoticeBoard* const board;
   Listener listener;
-  const PageAccess access;
-  std::atomic<std::size_t> callers{0}, page_count{0};
+  PageAccess access;
+  std::atomic<std::size_t> callers{0}, page_count{0}, arriving{0};
+  std::list<std::weak_ptr<Caller>> waiting;  // in the order in which they came
   std::atomic<bool> is_notified{false};
   std::uint64_t last_page = 0;
   std::vector<std::weak_ptr<PageSession>> sessions;
@@ -166,7 +186,8 @@ void PageServer::Parts::Listen(const Endpoint& endpoint) {
 void PageServer::Parts::Accept() {
   acceptor.async_accept([this](error_code error, tcp::socket socket) {
     if (!acceptor.is_open()) return;
-    if (!error && callers + page_count < kMaxConnections) Serve(std::move(socket));
+    const bool is_full = callers + page_count >= kMaxConnections;
+    if (!error && (!is_full || MakeRoom())) Serve(std::move(socket));
     if (!error) return Accept();
     error_pause.expires_after(kErrorPause);  // for example, no file descriptors left
     error_pause.async_wait([this](error_code /*error*/) { Accept(); });
@@ -174,11 +195,34 @@ void PageServer::Parts::Accept() {
 }
 
 void PageServer::Parts::Serve(tcp::socket&& socket) {
-  const auto caller = std::make_shared<Caller>(std::move(socket), access.tls.get(), &callers);
+  RenewCertificate(&access);
+  const auto caller = std::make_shared<Caller>(std::move(socket), access.tls, &callers, &arriving);
+  waiting.push_back(caller);
   caller->stream.tcp().expires_after(kAskWithin);
   caller->stream.Greet([this, caller](error_code error) {
     if (!error) Read(caller);
   });
+}
+
+bool PageServer::Parts::MakeRoom() {
+  waiting.remove_if([](const std::weak_ptr<Caller>& one) {
+    const auto caller = one.lock();
+    return !caller || caller->asks;
+  });
+  std::map<asio::ip::address, std::size_t> counts;
+  for (const auto& one : waiting) {
+    if (const auto caller = one.lock()) ++counts[caller->address];
+  }
+  std::shared_ptr<Caller> oldest;
+  for (const auto& one : waiting) {
+    const auto caller = one.lock();
+    if (caller && (!oldest || counts[caller->address] > counts[oldest->address])) oldest = caller;
+  }
+  if (!oldest) return false;
+  error_code ignored;
+  oldest->stream.tcp().socket().close(ignored);
+  oldest->asks = true;  // its handlers end it
+  return true;
 }
 
 void PageServer::Parts::Read(const std::shared_ptr<Caller>& caller) {
@@ -191,6 +235,7 @@ void PageServer::Parts::Read(const std::shared_ptr<Caller>& caller) {
 }
 
 void PageServer::Parts::Answer(const std::shared_ptr<Caller>& caller) {
+  caller->asks = true;
   const PageRequest request = caller->parser.get();
   const std::string_view host = View(request[http::field::host]);
   const std::string stranger = access.tls ? std::string() : RefusalOfHost(host);
@@ -223,6 +268,13 @@ std::pair<http::status, std::string> PageServer::Parts::Refusal(const PageReques
 }
 
 void PageServer::Parts::ReadSetUp(const std::shared_ptr<Caller>& caller, const std::string& call) {
+  const auto length = caller->parser.content_length();
+  caller->announced = length ? std::min<std::size_t>(*length, kMaxSetupBytes) : kMaxSetupBytes;
+  arriving += caller->announced;
+  if (arriving > kMaxArriving) {
+    return caller->Answer(
+        Refuse(http::status::service_unavailable, "other set-ups are being sent: try again"));
+  }
   caller->stream.tcp().expires_after(kSetUpWithin);
   caller->body.emplace(std::move(caller->parser));
   http::async_read(caller->stream, caller->buffer, *caller->body,

@@ -22,6 +22,8 @@ class PageServer {
   // Body of a request of the set-up [bytes]: the 32 MiB of files that a slave accepts, in base64,
   // and the names of the files.
   static constexpr std::size_t kMaxSetupBytes = 44 << 20;
+  // Bodies that arrive at the same time [bytes], by the lengths that their headers state.
+  static constexpr std::size_t kMaxArriving = 64 << 20;
 
   // Events of pages. Called on the server's thread; must return at once.
   struct Listener {

@@ -3,12 +3,15 @@
 
 #include <cstdlib>
 #include <filesystem>
+#include <fstream>
+#include <memory>
 #include <stdexcept>
 
 #include <boost/asio.hpp>
 #include <boost/asio/ssl.hpp>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <openssl/x509.h>
 #include <unistd.h>
 
 #include "master/station/server/page_server.h"
@@ -91,8 +94,10 @@ class TlsPageTest : public PageAccessTest {
                              [](std::uint64_t) {}},
         access_);
   }
-  // Returns the answer to `request` up to `end`, or as much of it as arrives.
-  std::string Query(const std::string& request, const std::string& end) {
+  // Returns the answer to `request` up to `end`, or as much of it as arrives. `serial`: of the
+  // page's certificate.
+  std::string Query(const std::string& request, const std::string& end,
+                    std::string* serial = nullptr) {
     asio::io_context context;
     asio::ssl::context tls(asio::ssl::context::tls_client);
     tls.load_verify_file(At("page") + "/ca.pem");
@@ -100,6 +105,12 @@ class TlsPageTest : public PageAccessTest {
     asio::ssl::stream<asio::ip::tcp::socket> line(context, tls);
     line.next_layer().connect({asio::ip::make_address("127.0.0.1"), server_->endpoint().port});
     line.handshake(asio::ssl::stream_base::client);
+    if (serial != nullptr) {
+      const std::unique_ptr<X509, decltype(&X509_free)> shown(
+          SSL_get1_peer_certificate(line.native_handle()), X509_free);
+      const ASN1_INTEGER* number = X509_get0_serialNumber(shown.get());
+      serial->assign(reinterpret_cast<const char*>(number->data), number->length);
+    }
     asio::write(line, asio::buffer(request));
     std::string answer;
     boost::system::error_code error;
@@ -125,6 +136,19 @@ TEST_F(TlsPageTest, ServesThePageInTlsAlone) {
   PageClient plain(server_->endpoint());
   plain.Send("GET / HTTP/1.1\r\nHost: 127.0.0.1\r\n\r\n");
   EXPECT_THAT(plain.ReadAll(), testing::Not(HasSubstr("HTTP/1.1")));
+}
+
+TEST_F(TlsPageTest, ARenewedCertificateIsServedToTheNextBrowser) {
+  const std::string request = "GET / HTTP/1.1\r\nHost: station.example\r\n\r\n";
+  std::string before, after, last;
+  Query(request, "</html>", &before);
+  Certs("operator " + At("ca") + " " + At("page") + " ada 127.0.0.1 10.0.0.5");
+  EXPECT_THAT(Query(request, "</html>", &after), HasSubstr("<title>Palpate"));
+  EXPECT_NE(after, before);
+  std::ofstream(At("page") + "/cert.pem") << "half a certif";
+  EXPECT_THAT(Query(request, "</html>", &last), HasSubstr("<title>Palpate"));
+  EXPECT_EQ(last, after);
+  Certs("operator " + At("ca") + " " + At("page") + " ada 127.0.0.1 10.0.0.5");
 }
 
 TEST_F(TlsPageTest, OperatesWithTheTokenAlone) {
