@@ -52,7 +52,7 @@ for part in "$@"; do
     training) packages+=("${training[@]}") ;;
     tests)
       packages+=("${cameras[@]}" "${devices[@]}" "${calibration[@]}" "${clouds[@]}" "${mesher[@]}" "${training[@]}" libgtest-dev libgmock-dev libbenchmark-dev clang-format
-                 clang-tidy "libclang-rt-$clang-dev" python3 mypy python3-grpcio python3-numpy python3-protobuf python3-serial python3-yaml iproute2 git openssl chromium
+                 clang-tidy "libclang-rt-$clang-dev" python3 mypy python3-grpcio python3-numpy python3-protobuf python3-serial python3-yaml iproute2 git openssl chromium universal-ctags
                  nats-server "${plots[@]}" "${python[@]}")
       want_npm ;;
     packages) packages+=("${python[@]}" dpkg-dev file) ;;

@@ -65,7 +65,8 @@ if [ -n "$install" ]; then
 fi
 
 if [ $tier != sanitize ]; then
-  step "format"
+  step "format and names"
+  tests/names.sh || repeat "tests/names.sh"
   mapfile -t formatted < <(git ls-files '*.h' '*.cpp' 2>/dev/null)
   if [[ $(clang-format --version) != *" 14."* ]]; then
     echo "note: the format is that of clang-format 14 and was not checked"  # Debian 13 has 19

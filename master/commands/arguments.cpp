@@ -61,8 +61,8 @@ void DeclareDoctor(CLI::App* app, DoctorArguments* a) {
       "doctor", "Measure link, clock, priorities and device, and advise what to change");
   Add(doctor, "target", &a->link.target, "HOST:PORT",
       "Slave to examine without operating it; without it only this machine is examined");
-  Add(doctor, "--device", &a->options.device, "DEVICE", "Haptic device, as for connect")
-      ->capture_default_str();
+  Add(doctor, "--device", &a->options.device, "DEVICE",
+      "Haptic device to examine, as for connect; default: none");
   Add(doctor, "--seconds", &a->options.seconds, "S", "Duration of each measurement, in seconds")
       ->check(Between(0.1, 3600))
       ->capture_default_str();
@@ -176,8 +176,9 @@ void Declare(CLI::App* app, Arguments* a, DoctorArguments* doctor) {
   Add(connect, "target", &a->link.target, "HOST:PORT", "Address of the slave")->required();
   Add(connect, "--device", &a->device, "DEVICE",
       "sim-hand, playback:FILE.csv (time_s,x,y,z), pointer (mouse, keys or gamepad on the page of "
-      "--view), or touch, dhd, haply, spacemouse or gamepad[:option]; see devices")
-      ->capture_default_str();
+      "--view), or touch, dhd, haply, spacemouse or gamepad[:option]; see devices. Default: "
+      "sim-hand "
+      "if the slave is simulated, else none, and the master observes");
   connect
       ->add_option("--render", a->render,
                    "Force between two states: local model, interpolation, or newest force")

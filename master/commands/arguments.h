@@ -20,7 +20,7 @@ namespace palpate {
 
 struct Arguments {
   SlaveLink::Options link;
-  std::string device = "sim-hand";
+  std::string device;  // empty: sim-hand where arm and object are simulated, else none: observe
   std::string render = "local";
   double duration = 0;
   double force_limit = 3.3, slew_limit = 0.2;  // the master's own [N], [N/ms]
@@ -58,7 +58,7 @@ inline bool IsPointer(const Arguments& a) {
 
 // Returns whether the device can be made only when the scene is known.
 inline bool IsMadeForScene(const Arguments& a) {
-  return a.device == "sim-hand" || IsPointer(a);
+  return a.device.empty() || a.device == "sim-hand" || IsPointer(a);
 }
 
 // Throws std::invalid_argument where the certificates in this folder cannot be used now.

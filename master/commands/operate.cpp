@@ -18,6 +18,8 @@
 #include <poll.h>
 #include <unistd.h>
 
+#include "master/device/no_device.h"
+#include "master/device/sim_hand.h"
 #include "master/link/operator_calls.h"
 #include "master/link/setup_calls.h"
 #include "master/session/session.h"
@@ -94,6 +96,25 @@ HapticLoop::Options LoopOptions(const Arguments& a, const RemoteScene& scene,
   return options;
 }
 
+// A script must not press a real arm into the object unless somebody asks for it by name.
+bool OnlyObserves(const Arguments& a, const RemoteScene& scene) {
+  return a.device.empty() && !scene.simulated;
+}
+
+// What a person must know before the first motion; empty: nothing.
+std::string WarningOf(const Arguments& a, const RemoteScene& scene) {
+  constexpr double kMilli = 1e3;
+  if (OnlyObserves(a, scene)) {
+    return "no --device: this slave moves a real tool, so this master observes it; operate with a "
+           "device (palpate-master devices), or by mouse with --device pointer --view";
+  }
+  if (a.device != "sim-hand" || scene.simulated) return {};
+  return Formatted(
+      "sim-hand: a script presses the REAL tool %g mm into the object every %g s, with the force "
+      "that this needs; only the scene's guards of force and depth bound it. Ctrl+C ends it",
+      kMilli * scene.press_depth, PressScript::kPeriod);
+}
+
 // The pointer is twice as fast as the simulated operator, so that it follows a drag. A slave that
 // is being set up has no speed yet.
 std::unique_ptr<Device> OpenDeviceFor(const RemoteScene& scene, const Arguments& a) {
@@ -101,7 +122,8 @@ std::unique_ptr<Device> OpenDeviceFor(const RemoteScene& scene, const Arguments&
   const double scale = scene.transform.position_scale;
   const double speed = scene.press_speed > 0 ? scene.press_speed / scale : kUsual;
   if (IsPointer(a)) return std::make_unique<Pointer>(kFaster * speed);
-  return OpenDevice(a.device, scene.press_depth / scale, speed);
+  if (OnlyObserves(a, scene)) return std::make_unique<NoDevice>();
+  return OpenDevice("sim-hand", scene.press_depth / scale, speed);
 }
 
 // Expiry of the certificate in `folder` since 1970 [s]; nullopt: there is none.
@@ -141,6 +163,7 @@ std::unique_ptr<LiveStation> OpenStation(const Arguments& a, const RemoteScene& 
   hello.version = Version();
   hello.encrypted = !a.link.tls.empty();
   hello.pointer = IsPointer(a);
+  hello.only_observes = OnlyObserves(a, scene);
   hello.certificate_until = CertificateUntil(a.link.tls);
   SlaveLink::Options setup = a.link;
   if (!a.setup_tls.empty()) setup.tls = a.setup_tls;
@@ -148,7 +171,6 @@ std::unique_ptr<LiveStation> OpenStation(const Arguments& a, const RemoteScene& 
       [link] { return link->state(); },
       [link] { return link->TakeEvents(); },
       RequestEmergencyStop,
-      [link] { return link->calls().known_stops(); },
       [link](std::uint64_t stops) { return link->calls().Reset(stops); },
       [link](const SlaveLink::Mapping& mapping) { return link->calls().SetMapping(mapping); },
       [link](const std::string& kind) { return link->calls().SetModel(kind); },
@@ -203,12 +225,13 @@ int Operate(const Arguments& a, Line* line, std::unique_ptr<Device> device,
         Formatted("%g N", a.force_limit));
   }
   console.Print("device " + device->description() + "; rendering " + a.render);
+  if (const std::string warning = WarningOf(a, scene); !warning.empty()) console.Print(warning);
 
   if (recorder) {
     recorder->Begin(a.link.target, NoteOf(a, scene, *device));
     console.Print("recording to " + recorder->file().string());
   }
-  line->link.Start(&line->states, &line->commands, &line->settings);
+  line->link.Start(&line->states, &line->commands, &line->settings, !OnlyObserves(a, scene));
   SessionOptions options;
   options.loop = LoopOptions(a, scene, line->link.max_round_trip());
   options.settings = &line->settings;
@@ -274,7 +297,8 @@ int Operate(const Arguments& a, Line* line, std::unique_ptr<Device> device,
       [&] { return g_stop.load() || line->link.denied(); },
       [&](const SessionStatus& status) {
         // Read before the request is taken: a stop that is requested later has another number.
-        const std::uint64_t stops = line->link.calls().known_stops();
+        const StateRecord newest = line->link.state();
+        const std::uint64_t stops = newest.message ? newest.message->stops() : 0;
         if (g_reset.exchange(false)) {
           calls.Submit([&, stops](const std::stop_token&) {
             reset_answer.Put(line->link.calls().Reset(stops));

@@ -41,7 +41,7 @@ std::string_view NextStepOf(DeviceFault fault) {
   return Row(kFaults, fault).next;
 }
 
-std::string_view InWords(Calibration calibration) {
+std::string_view InWords(CalibrationState calibration) {
   return Row(kCalibrations, calibration);
 }
 

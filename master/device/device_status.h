@@ -26,17 +26,18 @@ std::string_view InWords(DeviceFault fault);
 // The next step of the operator; empty for kNone.
 std::string_view NextStepOf(DeviceFault fault);
 
-enum class Calibration : std::uint8_t {
+enum class CalibrationState : std::uint8_t {
   kNotNeeded,   // the device has an absolute origin, or none
   kCalibrated,  //
   kPending,     // the device calibrates by itself, for example in its inkwell
   kManual,      // the operator must move the device, see its guide
   kUnknown,     // not read yet
 };
-std::string_view InWords(Calibration calibration);
+std::string_view InWords(CalibrationState calibration);
 // Returns whether positions are usable.
-inline bool IsUsable(Calibration calibration) {
-  return calibration == Calibration::kNotNeeded || calibration == Calibration::kCalibrated;
+inline bool IsUsable(CalibrationState calibration) {
+  return calibration == CalibrationState::kNotNeeded ||
+         calibration == CalibrationState::kCalibrated;
 }
 
 // States whether the last force was output.
@@ -52,7 +53,7 @@ inline constexpr double kMinCompared = 0.1;
 
 struct DeviceStatus {
   DeviceFault fault = DeviceFault::kNone;
-  Calibration calibration = Calibration::kNotNeeded;
+  CalibrationState calibration = CalibrationState::kNotNeeded;
   DeviceOutput output = DeviceOutput::kOk;
   std::uint32_t buttons = 0;  // bit 0: the first button
   std::int32_t code = 0;      // of the vendor's library with `fault`; 0: none

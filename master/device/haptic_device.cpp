@@ -66,7 +66,7 @@ std::string InWords(const DeviceCapabilities& own) {
 
 HapticDevice::HapticDevice(const DeviceCapabilities& capabilities)
     : capabilities_(capabilities), limit_(capabilities.force) {
-  status_.calibration = Calibration::kUnknown;
+  status_.calibration = CalibrationState::kUnknown;
   status_.output = DeviceOutput::kOff;
 }
 

@@ -24,8 +24,8 @@ Findings Examine(Finding device, const std::optional<SlaveLink::Options>& line, 
 
 struct DoctorOptions {
   std::optional<SlaveLink::Options> line;  // nullopt: examine this machine only
-  std::string device = "sim-hand";
-  double seconds = 2;  // duration of each measurement [s], > 0
+  std::string device;                      // empty: none
+  double seconds = 2;                      // duration of each measurement [s], > 0
 };
 
 // Prints the findings, bad ones last. Returns 0 without a bad finding, else 1.

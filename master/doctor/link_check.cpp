@@ -219,7 +219,7 @@ LinkStats TryDatagrams(SlaveLink::Options options, double seconds) {
   LatestValue<OperatorCommand> commands;
   LatestValue<RemoteSettings> settings;
   SlaveLink link(std::move(options));
-  link.Start(&states, &commands, &settings);
+  link.Start(&states, &commands, &settings, true);
   const Time begin = Clock::now();
   LinkStats stats;
   OperatorCommand disengaged;

@@ -188,6 +188,7 @@ void HapticLoop::TakeState(Time now) noexcept {
     return;
   }
   newest_ = *received;
+  if (received->observed) return;
   if (received->ended) base_trip_ = {};
   if (received->round_trip > 0) {
     base_trip_.Learn(received->round_trip, std::max(0.0, SecondsBetween(learned_at_, now)));
@@ -301,7 +302,8 @@ void HapticLoop::StepMachine(Time now, bool engaged) noexcept {
   if (newest_) {
     in.state_age = std::max(0.0, SecondsBetween(newest_->received_at, now));
     in.round_trip = newest_->round_trip;
-    in.trusted = IsNewestStateUsable(now);
+    in.observed = newest_->observed;
+    in.trusted = !in.observed && IsNewestStateUsable(now);
     in.force_known = IsForceKnown(newest_->state);
     in.slave_epoch = newest_->state.epoch;
     in.slave_phase = newest_->state.phase;
@@ -309,8 +311,8 @@ void HapticLoop::StepMachine(Time now, bool engaged) noexcept {
     record_.sensed_age = SecondsBetween(SensedAt(*newest_), now);
     if (newest_->ended) in.state_age = 1e9;
   }
-  if (newest_) stops_.Take(newest_->state);
-  in.stop = stops_.is_wanted();
+  if (newest_) stops_.Take(newest_->state, newest_->observed);
+  in.stop = stops_.is_pending();
   const OperatorState before = machine_.state();
   const OperatorState after = machine_.Step(in);
   if (after == OperatorState::kFollowing && before == OperatorState::kAligning)

@@ -23,19 +23,21 @@ bool OperatorMachine::commands_engaged() const noexcept {
 }
 
 OperatorState OperatorMachine::Next(const Input& in) noexcept {
-  const bool fresh = in.state_age <= dead_after_;
+  const bool is_known = in.state_age <= kDisconnectAfter, is_linked = is_known && !in.observed;
+  const bool fresh = in.state_age <= dead_after_ && !in.observed;
   const bool sound = fresh && in.trusted && in.force_known && in.slave_epoch == epoch_ &&
                      in.slave_phase == Phase::kFollowing;
-  if (in.stop || (fresh && in.slave_phase == Phase::kEstop)) {
+  const bool is_stopped = is_known && in.slave_phase == Phase::kEstop;
+  if (in.stop || is_stopped) {
     armed_ = !in.engaged;
-    return kEstop;
+    return in.stop ? kStopRequested : kEstop;
   }
   switch (state_) {
     case kDisconnected:
       return fresh ? kReady : kDisconnected;
     case kReady:
     case kClutched:
-      if (in.state_age > kDisconnectAfter) return kDisconnected;
+      if (!is_linked) return kDisconnected;
       return fresh && in.trusted && in.engaged && armed_ ? Engage() : state_;
     case kAligning:
       if (!in.engaged || in.settings_wait || in.now - since_ > kAlignWithin + in.round_trip) {
@@ -46,11 +48,13 @@ OperatorState OperatorMachine::Next(const Input& in) noexcept {
       if (!in.engaged) return kClutched;
       return sound ? kFollowing : kHold;
     case kHold:
-      return NextInHold(in, fresh, sound);
+      return is_linked || in.now - since_ <= kMaxHold ? NextInHold(in, fresh, sound)
+                                                      : kDisconnected;
     case kEstop:
-      return fresh ? kReady : kEstop;
+    case kStopRequested:
+      return is_linked ? kReady : kDisconnected;
   }
-  return kEstop;
+  return kDisconnected;
 }
 
 OperatorState OperatorMachine::Engage() noexcept {
@@ -62,7 +66,6 @@ OperatorState OperatorMachine::Engage() noexcept {
 OperatorState OperatorMachine::NextInHold(const Input& in, bool fresh, bool sound) noexcept {
   if (!in.engaged) return kClutched;
   if (in.now - since_ <= kMaxHold) return sound ? kFollowing : kHold;
-  if (in.state_age > kDisconnectAfter) return kDisconnected;
   return fresh && in.force_known ? kReady : kHold;
 }
 

@@ -4,7 +4,8 @@
 //                      ^                   |   ^
 //                      +----- HOLD <-------+   | back within 250 ms
 //                              +---------------+
-//   ESTOP from any state, until the slave is reset.
+//   STOP_REQUESTED from any state, until a state of the slave answers the request.
+//   ESTOP from any state, while the states of the slave say so.
 //
 // Following requires a deliberate act: the dead-man's switch must be open, and then closed. Each
 // closing begins a new epoch, in which the slave sets the offset so that the tool does not move.
@@ -26,9 +27,10 @@ enum class OperatorState : std::uint8_t {
   kClutched,      // the operator disengaged after following
   kHold,   // states late or not trusted, force unknown, or the tool not following: the force is
            // held, then fades
-  kEstop,  // the slave's emergency stop
+  kEstop,  // the slave reports its emergency stop
+  kStopRequested,  // this master requested it, and no state of the slave has answered
 };
-inline constexpr std::size_t kOperatorStateCount = 7;
+inline constexpr std::size_t kOperatorStateCount = 8;
 std::string_view ToString(OperatorState state);  // `FOLLOWING`, ...
 
 class OperatorMachine {
@@ -40,13 +42,14 @@ class OperatorMachine {
   static constexpr double kDisconnectAfter = 1.0;  // time without a state [s]
 
   struct Input {
-    double now = 0;              // [s]
-    bool engaged = false;        // the device's dead-man's switch
-    double state_age = 1e9;      // since a state was received [s]
-    double round_trip = 0;       // [s]
-    bool force_known = false;    // in the newest state
-    bool stop = false;           // the operator's emergency stop is not confirmed by the slave yet
-    bool trusted = true;         // the newest state may be rendered
+    double now = 0;            // [s]
+    bool engaged = false;      // the device's dead-man's switch
+    double state_age = 1e9;    // since a state was received [s]
+    double round_trip = 0;     // [s]
+    bool force_known = false;  // in the newest state
+    bool stop = false;         // an emergency stop was requested, and no state has answered it
+    bool observed = false;  // the newest state is that of a slave that this master does not operate
+    bool trusted = true;    // the newest state may be rendered
     bool settings_wait = false;  // new settings wait for the operator to be disengaged
     std::uint32_t slave_epoch = 0;
     Phase slave_phase = Phase::kReady;

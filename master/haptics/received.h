@@ -19,6 +19,7 @@ struct ReceivedState {
   double clock_offset = 0;  // slave's clock minus master's [s], by the best of recent round trips
   double round_trip = 0;    // of the newest echoed command [s]
   bool ended = false;       // the stream ended after this one
+  bool observed = false;    // this master does not operate: only phase and stops are used
 };
 
 // Settings of the slave that the master uses.

@@ -16,14 +16,15 @@ void Watch(const std::stop_token& stop, StopRequests& stops, const std::function
   }
 }
 
-void Call(const std::stop_token& stop, StopRequests& stops, const std::function<bool()>& call) {
+void Call(const std::stop_token& stop, StopRequests& stops,
+          const std::function<std::uint64_t()>& call) {
   std::uint32_t called = 0;
   while (!stop.stop_requested()) {
     const std::uint32_t asked = stops.asked();
     const bool is_wanted = asked != called && stops.is_wanted();
-    const bool acted = is_wanted && call();
-    if (acted) stops.Act(called = asked);
-    std::this_thread::sleep_for(is_wanted && !acted ? kAgain : kGlance);
+    const std::uint64_t number = is_wanted ? call() : 0;
+    if (number != 0) stops.Act(called = asked, number);
+    std::this_thread::sleep_for(is_wanted && number == 0 ? kAgain : kGlance);
   }
 }
 

@@ -19,11 +19,11 @@ class StopRequests {
  public:
   // Requests the emergency stop.
   void Request() noexcept { ++asked_; }
-  // Confirms the first `stops` requests, after the slave has stopped.
-  void Act(std::uint32_t stops) noexcept {
-    std::uint32_t acted = acted_;
-    while (acted < stops && !acted_.compare_exchange_weak(acted, stops)) {
-    }
+  // Confirms the first `count` requests: the slave has made the emergency stop `number`, which a
+  // state reports later.
+  void Act(std::uint32_t count, std::uint64_t number) noexcept {
+    Raise(&number_, number);
+    Raise(&acted_, count);
   }
   // Number of requested stops, and whether one is not confirmed yet.
   [[nodiscard]] std::uint32_t asked() const noexcept { return asked_; }
@@ -37,22 +37,38 @@ class StopRequests {
   }
   // Confirms the stop if the newest state follows a command with the request. An earlier state may
   // refer to a previous stop, which may be reset before the request arrives.
-  void Take(const SlaveState& newest) noexcept {
-    if (newest.phase == Phase::kEstop && newest.command_sequence >= sequence_) Act(put_);
+  void Take(const SlaveState& newest, bool observed) noexcept {
+    shown_ = newest.stops;
+    if (observed) return;  // its commands are those of another master
+    if (newest.phase == Phase::kEstop && newest.command_sequence >= sequence_) {
+      Act(put_, newest.stops);
+    }
   }
+  // Whether a request is not confirmed, or only by a call: the newest state is older than the stop.
+  [[nodiscard]] bool is_pending() const noexcept { return is_wanted() || shown_ < number_; }
 
  private:
+  template <class T>
+  static void Raise(std::atomic<T>* value, T least) noexcept {
+    T now = *value;
+    while (now < least && !value->compare_exchange_weak(now, least)) {
+    }
+  }
+
   std::atomic<std::uint32_t> asked_{0}, acted_{0};
-  std::uint32_t put_ = 0;       // put into commands
-  std::uint64_t sequence_ = 0;  // of the first command of the last one
+  std::atomic<std::uint64_t> number_{0};  // of the newest confirmed stop
+  std::uint64_t shown_ = 0;               // of the newest stop in the newest state
+  std::uint32_t put_ = 0;                 // put into commands
+  std::uint64_t sequence_ = 0;            // of the first command of the last one
 };
 
 class StopPath {
  public:
   struct Ways {
     std::function<bool()> asked;  // polled every few milliseconds; may be empty
-    std::function<bool()>
-        call;  // calls the slave's Stop; true: it stopped. May block; may be empty
+    // Calls the slave's Stop and returns the number of the stop; 0: it did not answer. May block;
+    // may be empty.
+    std::function<std::uint64_t()> call;
     std::function<void()> give_up = {};  // cancels a running `call`
   };
   // `stops` must outlive this object.

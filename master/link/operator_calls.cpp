@@ -52,7 +52,7 @@ void OperatorCalls::Cancel(grpc::ClientContext* const* place) {
   if (*place != nullptr) (*place)->TryCancel();
 }
 
-bool OperatorCalls::EmergencyStop(const std::string& reason) {
+std::uint64_t OperatorCalls::EmergencyStop(const std::string& reason) {
   grpc::ClientContext context;
   SetDeadline(&context, deadline_);
   v1::StopRequest request;
@@ -60,27 +60,12 @@ bool OperatorCalls::EmergencyStop(const std::string& reason) {
   v1::Status reply;
   Announce(&context, &stop_call_);
   const bool acted = stub_->Stop(&context, request, &reply).ok();
-  // The answer may arrive after that of a later stop.
-  std::uint64_t known = known_stops_;
-  while (acted && known < reply.stops() &&
-         !known_stops_.compare_exchange_weak(known, reply.stops())) {
-  }
   Announce(nullptr, &stop_call_);
-  return acted;
+  return acted ? reply.stops() : 0;
 }
 
 void OperatorCalls::GiveUpStop() {
   Cancel(&stop_call_);
-}
-
-bool OperatorCalls::ReadStops() {
-  grpc::ClientContext context;
-  SetDeadline(&context, deadline_);
-  const Scope runs(this, &context);
-  v1::Status status;
-  if (!stub_->GetStatus(&context, {}, &status).ok()) return false;
-  known_stops_ = status.stops();
-  return true;
 }
 
 std::string OperatorCalls::Reset(std::uint64_t stops) {

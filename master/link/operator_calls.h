@@ -48,17 +48,11 @@ class OperatorCalls {
   // Cancels running and later calls, except EmergencyStop.
   void End();
 
-  // Requests the slave's emergency stop. Returns whether it stopped.
-  bool EmergencyStop(const std::string& reason);
+  // Requests the slave's emergency stop. Returns its number; 0: the slave does not answer.
+  std::uint64_t EmergencyStop(const std::string& reason);
   void GiveUpStop();  // cancels a running EmergencyStop
-  // Returns the number of the newest emergency stop that the slave reported.
-  [[nodiscard]] std::uint64_t known_stops() const { return known_stops_; }
-  // The slave reported this number.
-  void SetKnownStops(std::uint64_t stops) { known_stops_ = stops; }
-  // Reads that number. Returns false if the slave does not answer.
-  bool ReadStops();
-  // Resets the emergency stop number `stops`: that of `known_stops` when the operator decided, so
-  // that no later stop is cleared. Returns the reason if it is not reset, else an empty string.
+  // Resets the emergency stop number `stops`: that of the newest state when the operator decided,
+  // so that no later stop is cleared. Returns the reason if it is not reset, else an empty string.
   std::string Reset(std::uint64_t stops);
   // Cancels a running Reset, because a stop was requested.
   void CancelReset();
@@ -78,7 +72,6 @@ class OperatorCalls {
 
   v1::Teleoperation::Stub* stub_ = nullptr;
   std::atomic<std::chrono::milliseconds> deadline_{kMinDeadline};
-  std::atomic<std::uint64_t> known_stops_{0};
   PriorityInheritanceMutex mutex_;  // guards the members below
   std::set<grpc::ClientContext*> running_;
   bool is_over_ = false;

@@ -95,7 +95,7 @@ struct SlaveLink::Parts {
   grpc::Status ReadSettings();
   // Stores a state and passes it on.
   void Keep(const SlaveState& state, const StateRecord& record);
-  // Reads settings or `known_stops` again, beside the stream, if `state` reports others.
+  // Reads the settings again, beside the stream, if `state` reports others.
   void Follow(const SlaveState& state);
   grpc::Status RunSession(OperateSession* session, const std::stop_token& stop);
   // Records in `status` why there is no stream, and returns it.
@@ -106,7 +106,10 @@ struct SlaveLink::Parts {
   [[nodiscard]] bool LacksDatagrams() const;
   // Receives the states of a slave that does not serve this link, for `duration` (nullopt: no
   // limit), or until its settings change, the stream ends, or `stop`.
-  void Observe(std::optional<milliseconds> duration, const std::stop_token& stop);
+  void Observe(std::optional<milliseconds> duration, const std::stop_token& stop,
+               LatestValue<ReceivedState>* states);
+  // Observes until the stream ends or `stop`, because this link does not operate.
+  void WatchAlone(const std::stop_token& stop, LatestValue<ReceivedState>* states);
   // Sleeps; returns false if a stop was requested.
   bool Sleep(milliseconds duration) {
     return SleepUntil(std::chrono::steady_clock::now() + duration);
@@ -128,10 +131,9 @@ struct SlaveLink::Parts {
   std::atomic<Time> datagram_at{Time{}};  // or the time from which they were possible
   std::optional<RemoteScene> first;       // scene of the first connection
   LatestValue<RemoteSettings>* settings = nullptr;
+  bool operates = true;
   std::atomic<std::uint32_t> read_revision{0};
   std::atomic<bool> rereads{false}, denied{false};
-  // Whether a stop was reported since the number of the newest stop was read.
-  std::atomic<bool> stop_came{false};
 
   mutable PriorityInheritanceMutex mutex;  // guards the members below
   PriorityInheritanceCondition changed;
@@ -167,7 +169,6 @@ grpc::Status SlaveLink::Parts::RequestScene(RemoteScene* scene, bool waits, mill
   status = stub->GetStatus(&for_status, {}, &answer);
   if (!status.ok()) return status;
   answered_in = SinceThen(connected);
-  calls.SetKnownStops(answer.stops());
   *scene = ToRemoteScene(description);
   calls.set_deadline(std::max(OperatorCalls::kMinDeadline, kTimesTheFirst * SinceThen(start)));
   return status;
@@ -203,15 +204,8 @@ void SlaveLink::Parts::Keep(const SlaveState& state, const StateRecord& record) 
 }
 
 void SlaveLink::Parts::Follow(const SlaveState& state) {
-  if (state.events.Has(Event::kEstop)) stop_came = true;
-  if (!stop_came && state.settings_revision == read_revision) return;
-  if (rereads.exchange(true)) return;
+  if (state.settings_revision == read_revision || rereads.exchange(true)) return;
   rereading = std::jthread([this] {
-    if (stop_came.exchange(false)) {
-      if (!calls.ReadStops() && Sleep(kFirstRetry)) stop_came = true;
-      rereads = false;
-      return;
-    }
     const grpc::Status status = ReadSettings();
     {
       const std::scoped_lock lock(mutex);
@@ -228,6 +222,11 @@ void SlaveLink::Parts::Run(const std::stop_token& stop, LatestValue<ReceivedStat
   Backoff backoff(kFirstRetry, kMaxRetry);
   while (!stop.stop_requested()) {
     const grpc::Status read = ReadSettings();
+    if (read.ok() && !operates) {
+      WatchAlone(stop, states);
+      if (!Sleep(backoff.Next())) return;
+      continue;
+    }
     for (const int line : LinesTo(ParseEndpoint(target).port)) PrepareLine(line);
     OperateSession next(
         {*stub,
@@ -249,7 +248,7 @@ void SlaveLink::Parts::Run(const std::stop_token& stop, LatestValue<ReceivedStat
     const auto due = std::chrono::steady_clock::now() + pause;
     if (IsAnswer(status)) {
       const bool is_unmanned = ReasonOf(status) == v1::ERROR_REASON_NO_MANIPULATOR;
-      Observe(is_unmanned ? std::nullopt : std::optional(pause), stop);
+      Observe(is_unmanned ? std::nullopt : std::optional(pause), stop, states);
     }
     if (!SleepUntil(due)) return;
   }
@@ -304,7 +303,8 @@ void SlaveLink::Parts::Refused(const std::string& reason) {
   refused_at = Clock::now();
 }
 
-void SlaveLink::Parts::Observe(std::optional<milliseconds> duration, const std::stop_token& stop) {
+void SlaveLink::Parts::Observe(std::optional<milliseconds> duration, const std::stop_token& stop,
+                               LatestValue<ReceivedState>* states) {
   v1::WatchStateRequest request;
   request.set_max_rate(kObservedRate);
   request.set_details(options.details);
@@ -317,13 +317,28 @@ void SlaveLink::Parts::Observe(std::optional<milliseconds> duration, const std::
     std::string reason;
     const auto state = FromProto(*message, &reason);
     if (!state) continue;
-    Keep(*state, {std::exchange(message, std::make_shared<v1::SlaveState>()), Clock::now()});
-    if (state->events.Has(Event::kEstop)) stop_came = true;
-    if (stop_came && calls.ReadStops()) stop_came = false;
+    const Time now = Clock::now();
+    Keep(*state, {std::exchange(message, std::make_shared<v1::SlaveState>()), now});
+    // Without an echo the clocks are compared as if the state had travelled no time.
+    states->Put({.state = *state,
+                 .received_at = now,
+                 .clock_offset = SecondsBetween(now, state->sent_at),
+                 .observed = true});
     if (state->settings_revision != read_revision) break;
   }
   context.TryCancel();
   static_cast<void>(stream->Finish());
+}
+
+void SlaveLink::Parts::WatchAlone(const std::stop_token& stop, LatestValue<ReceivedState>* states) {
+  const auto show = [this](bool observes) {
+    const std::scoped_lock lock(mutex);
+    link_stats.observes = observes;
+    link_stats.trouble = observes ? "" : "the slave ended the stream";
+  };
+  show(true);
+  Observe(std::nullopt, stop, states);
+  show(false);
 }
 
 bool SlaveLink::Parts::SleepUntil(std::chrono::steady_clock::time_point due) {
@@ -384,8 +399,9 @@ milliseconds SlaveLink::max_round_trip() const {
 }
 
 void SlaveLink::Start(LatestValue<ReceivedState>* states, LatestValue<OperatorCommand>* commands,
-                      LatestValue<RemoteSettings>* settings) {
+                      LatestValue<RemoteSettings>* settings, bool operates) {
   parts_->settings = settings;
+  parts_->operates = operates;
   parts_->thread =
       std::jthread([parts = parts_.get(), states, commands](const std::stop_token& stop) {
         parts->Run(stop, states, commands);

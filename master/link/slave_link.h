@@ -31,7 +31,9 @@ struct LinkStats {
   std::string trouble;
   bool answers =
       false;  // while not connected: the slave answers and states why it rejects the call
-  bool observes = false;  // the slave has no manipulator or no scene yet, so it cannot be operated
+  // This link observes: nobody can operate the slave (no manipulator, no scene yet), or it does not
+  // want to.
+  bool observes = false;
   std::uint64_t states_by_datagram = 0;  // states received first by datagram
   // Times across both clocks. `delay` and `age`: of states at arrival, since sending and since
   // sensing. `command_age`: of the newest command when the slave sent a state.
@@ -69,10 +71,10 @@ class SlaveLink {
   // Opens the Operate stream and keeps it open, reconnecting with back-off, until Stop. Sends from
   // `commands` 500 times a second and puts received states into `states`. Puts settings into
   // `settings` before each stream and after each change. All three must outlive the link. While the
-  // slave refuses the stream, it observes the slave instead: those states are received as well, but
-  // not put into `states`.
+  // slave refuses the stream, it observes the slave instead, and the states say so.
+  // Not `operates`: it requests no lease and observes.
   void Start(LatestValue<ReceivedState>* states, LatestValue<OperatorCommand>* commands,
-             LatestValue<RemoteSettings>* settings);
+             LatestValue<RemoteSettings>* settings, bool operates);
   void Stop();
   // Cancels running and later calls, except EmergencyStop. Thread-safe. Stop calls it.
   void EndCalls();

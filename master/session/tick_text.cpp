@@ -19,7 +19,6 @@ constexpr std::array kEventWords{
     EventWords{Event::kLimit, kTrouble,
                "the tool is stopped at its limit: workspace, speed, force or depth"},
     EventWords{Event::kHold, kTrouble, "the tool is stopped (HOLD)"},
-    EventWords{Event::kEstop, kTrouble, "emergency stop at the slave"},
     EventWords{Event::kModelChanged, kNews, "the slave's model was replaced"},
     EventWords{Event::kCommandRefused, kTrouble, "the slave rejected a command"}};
 

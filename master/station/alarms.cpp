@@ -58,6 +58,11 @@ class Alarms {
   }
 
   void AddStop() {
+    if (tick_.state == OperatorState::kStopRequested) {
+      return Stop(
+          "Emergency stop requested: the slave has not confirmed it, the tool may still move.",
+          "Use the emergency stop of the manipulator if it moves.");
+    }
     if (tick_.state != OperatorState::kEstop) return;
     Stop("Emergency stop: the tool is stopped, the operator is disengaged.",
          "When it is safe, press R or the button beside STOP, then engage again.");

@@ -11,8 +11,8 @@ namespace {
 constexpr double kRepeat = 0.5;  // repetitions within this time are not logged [s]
 
 bool IsTrouble(OperatorState state) {
-  return state == OperatorState::kEstop || state == OperatorState::kHold ||
-         state == OperatorState::kDisconnected;
+  return state == OperatorState::kEstop || state == OperatorState::kStopRequested ||
+         state == OperatorState::kHold || state == OperatorState::kDisconnected;
 }
 
 }  // namespace

@@ -300,7 +300,8 @@ std::string LiveStation::Parts::Record(const RecordCommand& command) {
 
 // The slave rejects the reset if there was a stop that this station does not know.
 void LiveStation::Parts::Reset() {
-  SubmitTask([this, stops = controls.known_stops()] {
+  const StateRecord newest = controls.state();
+  SubmitTask([this, stops = newest.message ? newest.message->stops() : 0] {
     const std::string why = controls.reset(stops);
     Log(!why.empty(),
         why.empty() ? "the emergency stop was reset" : "the slave did not reset the stop: " + why);

@@ -33,8 +33,7 @@ class LiveStation {
     std::function<StateRecord()> state;   // the newest of the slave
     std::function<Events()> take_events;  // of the slave since the last call
     std::function<void()> stop;           // emergency stop; returns at once
-    // Number of the newest emergency stop that the slave reported; the number that a reset clears.
-    std::function<std::uint64_t()> known_stops;
+    // Resets the emergency stop of this number.
     std::function<std::string(std::uint64_t stops)> reset;  // empty: done, else the reason
     std::function<std::string(const SlaveLink::Mapping&)>
         set_mapping;                                                // empty: done, else the reason

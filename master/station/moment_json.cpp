@@ -213,6 +213,7 @@ std::string HelloJson(const StationHello& hello) {
                {"device", hello.device},
                {"render", hello.render},
                {"pointer", hello.pointer},
+               {"only_observes", hello.only_observes},
                {"libraries", hello.libraries},
                {"version", hello.version}});
 }

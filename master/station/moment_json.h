@@ -20,9 +20,10 @@ namespace palpate {
 struct StationHello {
   RemoteScene scene;
   std::string target, device, render, version;
-  bool encrypted = false;  // the link to the slave
-  bool pointer = false;    // the page's pointer is the device
-  bool libraries = false;  // three.js and uPlot are built in
+  bool encrypted = false;      // the link to the slave
+  bool pointer = false;        // the page's pointer is the device
+  bool only_observes = false;  // the master has no device
+  bool libraries = false;      // three.js and uPlot are built in
   std::string badge = "LIVE";
   std::optional<double>
       certificate_until;  // expiry of the master's certificate since 1970 [s]; empty: no TLS

@@ -42,8 +42,7 @@ enum class Event : std::uint8_t {
   kTrackingRegained,
   kLimit,
   kHold,
-  kEstop,
-  kModelChanged,
+  kModelChanged = 9,
   kCommandRefused,
 };
 
@@ -119,6 +118,7 @@ struct OperatorView {
   std::optional<Time> echo;             // master's clock
   Time taken_at{};                      // arrival of that command, slave's clock
   std::uint32_t settings_revision = 0;  // of the active scene and parameters; 0: unknown
+  std::uint64_t stops = 0;              // number of the newest emergency stop; 0: unknown
 };
 
 // `events`: of all samples and commands since the previous state.

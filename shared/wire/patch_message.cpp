@@ -122,7 +122,10 @@ void ReadCompliance(const v1::SurfacePatch& message, FieldReader* reader, Surfac
   ForEachEntry(patch->node_count, patch->directions, patch->coupled, [&](int row, int column) {
     const double value = reader->Number("compliance", message.compliance(i++), kMaxCompliance);
     patch->compliance(row, column) = patch->compliance(column, row) = static_cast<float>(value);
+    reader->Require(row != column || value >= 0, "compliance of a node", "0 or more");
   });
+  // A fixed node has none, but a surface without any would be a wall.
+  reader->Require(patch->compliance.trace() > 0, "compliance", "one node that gives way");
   if (reader->ok()) MakePassive(patch);
 }
 

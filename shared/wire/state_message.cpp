@@ -122,6 +122,7 @@ void VisitState(State& state, const Fields& field) {
   field(M::kOffsetFieldNumber, state.offset, kMaxLength);
   field(M::kPhaseFieldNumber, state.phase);
   field(M::kSettingsRevisionFieldNumber, state.settings_revision);
+  field(M::kStopsFieldNumber, state.stops);
 }
 
 template <class Command, class Fields>

@@ -60,9 +60,9 @@ void LiveSettings::SetModel(const ModelChange& change, Progress* progress) {
   std::unique_ptr<PreparedModel> prepared = Prepare(changed, progress);
   const std::scoped_lock lock(*sense_mutex_, mutex_);
   RefuseUnlessFree();  // an operator may have engaged meanwhile
+  ++revision_;         // first: who engages from now on with the former settings is held
   Adopt(changed, std::move(prepared));
   info_.reason = "set by SetModel";
-  ++revision_;
 }
 
 void LiveSettings::SetParameters(const ParameterChange& change, Progress* progress) {
@@ -79,6 +79,7 @@ void LiveSettings::SetParameters(const ParameterChange& change, Progress* progre
   // Everything that may fail is done before the first change.
   const std::scoped_lock lock(*sense_mutex_, mutex_);
   RefuseUnlessFree();  // an operator may have engaged meanwhile
+  ++revision_;         // first, as in SetModel
   if (change.position_scale || change.force_scale) {
     port_->SetScales(change.position_scale, change.force_scale);
   }
@@ -87,7 +88,6 @@ void LiveSettings::SetParameters(const ParameterChange& change, Progress* progre
   } else {
     scene_ = changed;
   }
-  ++revision_;
 }
 
 void LiveSettings::RefuseUnlessFree() const {

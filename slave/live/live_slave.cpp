@@ -109,7 +109,7 @@ SlaveDescription LiveSlave::Describe() const {
   description.scene = settings_.scene();
   description.sense = settings_.info();
   description.scene.operator_options.transform = port_.transform();
-  description.simulated = description.scene.simulator_connects;
+  description.simulated = description.scene.is_simulated;
   description.turns = manipulator_->Rotation().has_value();
   description.setup_camera = setup_camera_;
   return description;

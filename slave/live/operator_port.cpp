@@ -54,16 +54,15 @@ OperatorPort::OperatorPort(Manipulator& manipulator, const TeleopTransform& tran
       dead_after_(dead_after),
       transform_(transform),
       idle_(limits.source == ManipulatorOptions::Source::kNone ? Phase::kObserving : Phase::kReady),
-      guard_(manipulator, limits_),
-      stops_(FirstStopNumber()) {
+      guard_(manipulator, limits_) {
   view_.phase = idle_;
+  view_.stops = FirstStopNumber();
 }
 
 void OperatorPort::BeginOperating() {
   const std::lock_guard lock(mutex_);
   const Phase phase = view_.phase == Phase::kEstop ? Phase::kEstop : Phase::kClutched;
-  view_ = {};
-  view_.phase = phase;
+  view_ = {.phase = phase, .stops = view_.stops};
   operating_ = true;
   engaged_ = false;
   needs_new_epoch_ = false;
@@ -244,19 +243,18 @@ void OperatorPort::BeginWatch() noexcept {
 void OperatorPort::EmergencyStop() noexcept {
   const std::lock_guard lock(mutex_);
   engaged_ = false;
-  ++stops_;
+  ++view_.stops;
   SetPhase(Phase::kEstop);
-  events_.Add(Event::kEstop);
 }
 
 std::uint64_t OperatorPort::stops() const {
   const std::lock_guard lock(mutex_);
-  return stops_;
+  return view_.stops;
 }
 
 bool OperatorPort::Reset(std::uint64_t stops) noexcept {
   const std::lock_guard lock(mutex_);
-  if (stops != stops_) return false;
+  if (stops != view_.stops) return false;
   if (view_.phase != Phase::kEstop) return true;
   view_.phase = operating_ ? Phase::kHold : idle_;
   needs_new_epoch_ = true;

@@ -121,7 +121,6 @@ class OperatorPort {
   std::uint64_t state_sequence_ = 0;  // of the newest state that the operator reports
   Time newer_at_{};                   // time of its first report
   CommandCounts counts_;
-  std::uint64_t stops_;
   Events events_;
 };
 

@@ -23,8 +23,8 @@ struct SlaveDescription {
   Scene scene;  // with the parameters now in force
   std::uint32_t settings_revision = 0;
   SenseInfo sense;
-  bool simulated = false;
-  bool turns = false;  // the manipulator measures the tool's rotation
+  bool simulated = false;  // sensors and manipulator: nothing real moves
+  bool turns = false;      // the manipulator measures the tool's rotation
   std::string
       setup_camera;  // the keys of sense.camera for a set-up, one a line; empty: there is none
 };

@@ -144,17 +144,19 @@ bool IsSimulated(const Scene& scene) {
 }
 
 void StreamSimulated(Scene* scene) {
+  bool connects = false;
   const auto stream = [&](auto* part) {
     if (part == nullptr) return;
     using Source = typename std::remove_cvref_t<decltype(*part)>::Source;
     if (part->source != Source::kSimulated) return;
     part->source = Source::kStream;
-    scene->simulator_connects = true;
+    connects = true;
   };
   stream(scene->sense.Find<Camera>());
   stream(scene->sense.Find<StereoCameras>());
   stream(scene->sense.Find<Tactile>());
-  if (!scene->simulator_connects) return;
+  if (!connects) return;
+  scene->is_simulated = scene->manipulator.source != ManipulatorOptions::Source::kStream;
   stream(&scene->manipulator);
   // The largest value of the key, because a late report of a simulated tool is harmless.
   scene->manipulator.silence = 0.1;

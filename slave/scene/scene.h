@@ -27,7 +27,9 @@ struct Scene {
   SiteOptions site;
   // Contact points of `study`, O [m]; empty: where the tool would first touch the object.
   std::vector<Eigen::Vector3d> study_contacts;
-  bool simulator_connects = false;     // see StreamSimulated
+  // Sensors and manipulator are those of palpate-simulator, see StreamSimulated: nothing real
+  // moves.
+  bool is_simulated = false;
   std::vector<std::string> overrides;  // applied to `file`, as `key.path=value`
 };
 

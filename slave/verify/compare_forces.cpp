@@ -125,8 +125,8 @@ class Comparer {
   void AddPosition();
   void Fit();
   [[nodiscard]] VectorXd SigmaErrors(SigmaKind kind, bool corrected) const;
-  Line& Add(std::string key, std::string title) {
-    return result_.lines.emplace_back(Line{std::move(key), std::move(title)});
+  ComparisonLine& Add(std::string key, std::string title) {
+    return result_.lines.emplace_back(ComparisonLine{std::move(key), std::move(title)});
   }
 
   const std::vector<ForceRow>& all_;
@@ -174,14 +174,14 @@ void Comparer::AddRate() {
   std::vector<double> steps;
   for (Index i = 1; i < n; ++i) steps.push_back(record_.t(i) - record_.t(i - 1));
   const double step = MedianOf(steps);
-  Line& line = Add("rate", "Time between rows");
+  ComparisonLine& line = Add("rate", "Time between rows");
   line.value = Formatted("%.4g s", step);
   line.remark = Formatted("right is %g us to %g s", 1e6 * kFastest, kSlowest);
-  line.finding = step < kFastest || step > kSlowest ? Finding::kWrong : Finding::kRight;
+  line.finding = step < kFastest || step > kSlowest ? Judgement::kWrong : Judgement::kRight;
 }
 
 void Comparer::AddDelay() {
-  Line& line = Add("delay", "Delay");
+  ComparisonLine& line = Add("delay", "Delay");
   const auto delay = EstimateDelay(record_);
   if (!delay) {
     line.remark =
@@ -196,7 +196,7 @@ void Comparer::AddDelay() {
   line.value = Words(*delay, " ms", 1e3, 1);
   line.remark = Formatted("right is at most one sample, %.3g ms", 1e3 * tolerance);
   line.finding = FindingOfInterval(*delay, -tolerance, tolerance);
-  if (line.finding != Finding::kWrong) return;
+  if (line.finding != Judgement::kWrong) return;
   const std::vector<Index> kept = MoveMeasured(delay->value, &record_);
   rows_ = Selected(rows_, kept);
   sigma_ = Selected(sigma_, kept);
@@ -206,12 +206,12 @@ void Comparer::AddDelay() {
 // a dead channel, a stuck value, or saturation. An axis where that holds of most rows is left out,
 // otherwise the rows.
 void Comparer::AddChannels() {
-  Line& line = Add("channel", "Channels");
+  ComparisonLine& line = Add("channel", "Channels");
   if (!(largest_ > 0)) return;
   constexpr double kChange = 0.2;
   constexpr Index kMinRun = 5;
   const Index n = record_.measured.cols();
-  line.finding = Finding::kRight;
+  line.finding = Judgement::kRight;
   std::vector<bool> is_stuck(static_cast<std::size_t>(n), false);
   for (const int axis : std::vector(result_.axes)) {
     const auto measured = record_.measured.row(axis), estimated = record_.estimated.row(axis);
@@ -229,7 +229,7 @@ void Comparer::AddChannels() {
       is_stuck[static_cast<std::size_t>(i)] = true;
       ++stuck;
     }
-    line.finding = Finding::kWrong;
+    line.finding = Judgement::kWrong;
     line.value += (line.value.empty() ? "" : "; ") +
                   Formatted("%s stays at %.4g N in %.0f %% of the rows",
                             kAxisNames[static_cast<std::size_t>(axis)], *values.begin(),
@@ -256,18 +256,18 @@ void Comparer::AddChange() {
   const double right = kChangeTolerance * largest_estimate_;
   const auto add = [&](const char* key, const char* title, const std::optional<Interval>& size,
                        const char* what) {
-    Line& line = Add(key, title);
+    ComparisonLine& line = Add(key, title);
     line.remark = "the record does not determine it";
     if (!size) return line.finding;
     line.interval = size;
     line.value = Words(*size, " N", 1, 4);
     line.remark = Formatted("%s, right is at most %.3g N", what, right);
     line.finding = FindingOfInterval(*size, 0, right);
-    if (line.finding == Finding::kOpen) line.finding = Finding::kUntested;
+    if (line.finding == Judgement::kOpen) line.finding = Judgement::kUntested;
     return line.finding;
   };
   if (add("time", "Drift", change.drift, "change of the error during the record") ==
-      Finding::kWrong) {
+      Judgement::kWrong) {
     drift_ = change.drift_vector;
   }
   add("hysteresis", "Hysteresis", change.hysteresis,
@@ -293,18 +293,19 @@ void Comparer::Fit() {
 }
 
 void Comparer::AddUnit() {
-  Line& line = Add("unit", "Unit");
+  ComparisonLine& line = Add("unit", "Unit");
   line.remark = "factor of a unit between estimated and measured forces, 1 is right";
   if (!result_.map.is_decided) return;
   constexpr double kClose = 1.5;
   const Interval gain = result_.map.gain.Both();
-  const UnitMistake mistake =
-      result_.map.gain.FindingWithin(tolerance()) == Finding::kWrong ? UnitOf(gain) : UnitMistake{};
+  const UnitMistake mistake = result_.map.gain.FindingWithin(tolerance()) == Judgement::kWrong
+                                  ? UnitOf(gain)
+                                  : UnitMistake{};
   line.value = Formatted("%.4g", mistake.factor);
-  line.finding = mistake.factor != 1                              ? Finding::kWrong
-                 : gain.value < kClose && gain.value > 1 / kClose ? Finding::kRight
-                                                                  : Finding::kUntested;
-  if (line.finding == Finding::kUntested) {
+  line.finding = mistake.factor != 1                              ? Judgement::kWrong
+                 : gain.value < kClose && gain.value > 1 / kClose ? Judgement::kRight
+                                                                  : Judgement::kUntested;
+  if (line.finding == Judgement::kUntested) {
     line.value.clear();
     line.remark = "no unit has this scale";
   }
@@ -317,21 +318,21 @@ void Comparer::AddUnit() {
 }
 
 void Comparer::AddMagnitude() {
-  Line& line = Add("magnitude", "Force magnitude");
+  ComparisonLine& line = Add("magnitude", "Force magnitude");
   const VectorMap& map = result_.map;
   if (map.directions == 0) {
     line.remark = "no state has a force under a known force";
     if (result_.rows == 0) return;
     const bool is_zero = largest_estimate_ == 0;
-    const bool is_constant = result_.line("channel").finding == Finding::kWrong;
+    const bool is_constant = result_.line("channel").finding == Judgement::kWrong;
     line.remark = is_zero       ? "the reported force is zero under every load"
                   : is_constant ? "the reported force does not change"
                                 : "the forces do not change";
-    if (is_zero || is_constant) line.finding = Finding::kWrong;
+    if (is_zero || is_constant) line.finding = Judgement::kWrong;
     return;
   }
   if (!map.is_decided) {
-    line.finding = Finding::kOpen;
+    line.finding = Judgement::kOpen;
     line.remark = Formatted("%zu loads in %d directions: hold at least %d loads", block_.size(),
                             map.directions, map.directions + 3);
     return;
@@ -343,15 +344,15 @@ void Comparer::AddMagnitude() {
   for (std::size_t j = 0; j < 3; ++j) {
     if (!map.axis_gain[j]) continue;
     line.remark += std::string("; ") + kAxisNames[j] + ": " + Words(map.axis_gain[j]->Both());
-    if (map.axis_gain[j]->FindingWithin(tolerance()) == Finding::kWrong)
-      line.finding = Finding::kWrong;
+    if (map.axis_gain[j]->FindingWithin(tolerance()) == Judgement::kWrong)
+      line.finding = Judgement::kWrong;
   }
 }
 
 void Comparer::AddDirections() {
   const VectorMap& map = result_.map;
-  const Finding unknown = map.directions == 0 ? Finding::kUntested : Finding::kOpen;
-  Line sign{"sign", "Sign", unknown}, frame{"frame", "Frame", unknown};
+  const Judgement unknown = map.directions == 0 ? Judgement::kUntested : Judgement::kOpen;
+  ComparisonLine sign{"sign", "Sign", unknown}, frame{"frame", "Frame", unknown};
   if (map.is_decided) {
     sign.interval = map.along;
     sign.value = Words(map.along, "", 1, 2);
@@ -367,11 +368,11 @@ void Comparer::AddDirections() {
                                    : "; tested by loads along " + AxisNames(tested);
     const AxisRelation& relation = map.relation;
     if (map.relation_is_clear) {
-      sign.finding = relation.is_flipped() ? Finding::kWrong : Finding::kRight;
+      sign.finding = relation.is_flipped() ? Judgement::kWrong : Judgement::kRight;
       // An angle is never negative, so scatter increases it and its interval.
       const bool is_small = map.turn.value <= kTurnTolerance;
-      frame.finding = relation.is_permuted() ? Finding::kWrong
-                      : is_small             ? Finding::kRight
+      frame.finding = relation.is_permuted() ? Judgement::kWrong
+                      : is_small             ? Judgement::kRight
                                              : FindingOfInterval(map.turn, 0, kTurnTolerance);
       if (relation.is_permuted() || relation.is_flipped()) {
         (relation.is_permuted() ? frame : sign).remark +=
@@ -387,11 +388,11 @@ void Comparer::AddDirections() {
 // by the mean error if scale and frame are right, because a prediction that tends to its mean has
 // no offset.
 void Comparer::AddOffset() {
-  Line& line = Add("zero", "Offset");
+  ComparisonLine& line = Add("zero", "Offset");
   if (result_.map.directions == 0) return;
   std::vector<Matrix3d> maps{result_.map.map, result_.map.inverse};
-  if (result_.line("magnitude").finding == Finding::kRight &&
-      result_.line("frame").finding == Finding::kRight) {
+  if (result_.line("magnitude").finding == Judgement::kRight &&
+      result_.line("frame").finding == Judgement::kRight) {
     maps.push_back(result_.map.relation.matrix());
   }
   for (const Matrix3d& map : maps) {
@@ -411,7 +412,7 @@ void Comparer::AddOffset() {
 
 // Adds the mean errors of five ranges of force with equal numbers of rows.
 void Comparer::AddSizes() {
-  Line& line = Add("size", "Error by size");
+  ComparisonLine& line = Add("size", "Error by size");
   constexpr std::size_t kRanges = 5;
   const VectorXd size = fitted_.measured.colwise().norm().transpose();
   if (size.size() < kMinFitRows || result_.map.directions == 0) return;
@@ -433,7 +434,7 @@ void Comparer::AddSizes() {
                             from, until);
   }
   line.finding = FindingOfInterval(*line.interval, 0, kChangeTolerance * LargestExpected());
-  if (line.finding == Finding::kOpen) line.finding = Finding::kRight;
+  if (line.finding == Judgement::kOpen) line.finding = Judgement::kRight;
 }
 
 // Errors of the rows under load that have a sigma, in units of it.
@@ -458,7 +459,7 @@ VectorXd Comparer::SigmaErrors(SigmaKind kind, bool corrected) const {
 }
 
 void Comparer::AddSigma() {
-  Line& line = Add("sigma", "Sigma");
+  ComparisonLine& line = Add("sigma", "Sigma");
   if (std::ranges::none_of(sigma_, [](double sigma) { return sigma > 0; }) ||
       SigmaErrors(SigmaKind::kVector, false).size() == 0) {
     line.remark = "no row under load has a sigma";
@@ -495,9 +496,9 @@ void Comparer::AddSigma() {
   const double rms = rms_of(kind, false);
   const bool is_too_small = within_two.high < kWithinTwo && rms > kTooLarge;
   const bool is_too_large = within_one.low > kWithinOne && rms < kCautious;
-  line.finding = is_too_small || (is_too_large && is_any) ? Finding::kWrong : Finding::kRight;
+  line.finding = is_too_small || (is_too_large && is_any) ? Judgement::kWrong : Judgement::kRight;
   line.remark = Formatted("expected 68 %% and 95 %%; errors are %.2g sigma rms", rms);
-  if (line.finding == Finding::kRight && within_one.high < kWithinOne) {
+  if (line.finding == Judgement::kRight && within_one.high < kWithinOne) {
     line.remark += "; fewer than expected are within 1 sigma, as with one error of all loads";
   }
   if (rms < kCautious) line.remark += "; sigma is larger than these errors need";
@@ -507,7 +508,7 @@ void Comparer::AddSigma() {
 
 // Compares known and estimated positions like forces.
 void Comparer::AddPosition() {
-  Line scale{"position", "Position scale"};
+  ComparisonLine scale{"position", "Position scale"};
   std::vector<ForceRow> rows = all_;
   Columns columns = ColumnsOf(rows, &ForceRow::p_known, &ForceRow::p_estimated);
   const bool is_depth = columns.axes.empty();
@@ -526,18 +527,18 @@ void Comparer::AddPosition() {
   if (known.cols() > 0 && !is_depth && source_.object_size > 0) {
     const Vector3d offset = (estimated - known).rowwise().mean();
     const double right = kPlaceTolerance * source_.object_size;
-    Line& place = Add("place", "Tip position");
+    ComparisonLine& place = Add("place", "Tip position");
     place.value =
         Formatted("%.3g mm beside the known one: (%.3g, %.3g, %.3g) mm", 1e3 * offset.norm(),
                   1e3 * offset.x(), 1e3 * offset.y(), 1e3 * offset.z());
     place.remark = Formatted("right is at most %.3g mm", 1e3 * right);
-    place.finding = offset.norm() > right ? Finding::kWrong : Finding::kRight;
+    place.finding = offset.norm() > right ? Judgement::kWrong : Judgement::kRight;
   }
   const VectorMap map = FitMap(known, estimated, block, columns.axes);
   if (map.directions == 0) {
     scale.remark = "no position or depth is known";
   } else if (!map.is_decided) {
-    scale.finding = Finding::kOpen;
+    scale.finding = Judgement::kOpen;
     scale.remark =
         Formatted("%zu known positions: hold at least %d", block.size(), map.directions + 3);
   } else {
@@ -548,10 +549,10 @@ void Comparer::AddPosition() {
                              is_depth ? "change of depth" : "travel of the tip", low, high);
     scale.finding = FindingOfInterval(map.gain.forth, low, high);
     if (map.relation_is_clear && (map.relation.is_permuted() || map.relation.is_flipped())) {
-      scale.finding = Finding::kWrong;
+      scale.finding = Judgement::kWrong;
       scale.remark += "; axes of positions: " + RelationWords(map.relation, columns.axes);
     } else if (!is_depth && map.turn.low > kTurnTolerance) {
-      scale.finding = Finding::kWrong;
+      scale.finding = Judgement::kWrong;
       scale.remark += "; travel is turned by " + Words(map.turn, " deg", 1 / kDegree, 1);
     }
     result_.position = map;
@@ -579,21 +580,21 @@ ForceComparison Comparer::Run() {
 
 }  // namespace
 
-std::string_view ToString(Finding finding) {
+std::string_view ToString(Judgement finding) {
   constexpr std::array<std::string_view, 4> kWords{"right", "wrong", "not decided", "not tested"};
   return kWords[static_cast<std::size_t>(finding)];
 }
 
-const Line& ForceComparison::line(std::string_view key) const {
-  const auto found = std::ranges::find(lines, key, &Line::key);
+const ComparisonLine& ForceComparison::line(std::string_view key) const {
+  const auto found = std::ranges::find(lines, key, &ComparisonLine::key);
   if (found == lines.end()) throw std::out_of_range("no line " + std::string(key));
   return *found;
 }
 
 bool ForceComparison::passes() const {
-  return line("magnitude").finding == Finding::kRight &&
-         std::ranges::none_of(lines, [](const Line& one) {
-           return one.finding == Finding::kWrong || one.finding == Finding::kOpen;
+  return line("magnitude").finding == Judgement::kRight &&
+         std::ranges::none_of(lines, [](const ComparisonLine& one) {
+           return one.finding == Judgement::kWrong || one.finding == Judgement::kOpen;
          });
 }
 

@@ -46,20 +46,20 @@ struct ForceSource {
   double object_size = 0;       // diagonal of its box [m]; 0: unknown
 };
 
-std::string_view ToString(Finding finding);
+std::string_view ToString(Judgement finding);
 
 // The verdict on one quantity. kOpen: the data do not decide it; kUntested: no data test it.
-struct Line {
+struct ComparisonLine {
   std::string key;
   std::string title;
-  Finding finding = Finding::kUntested;
+  Judgement finding = Judgement::kUntested;
   std::optional<Interval> interval{};  // of 95 %
   std::string value{};                 // value with its interval
   std::string remark{};                // expected value, or missing data
 };
 
 struct ForceComparison {
-  std::vector<Line> lines;
+  std::vector<ComparisonLine> lines;
   std::vector<std::string> causes;  // likely causes, one sentence each
   VectorMap map;                    // from measured to estimated forces that are divided by `unit`
   double unit = 1;                  // factor of a mistaken unit
@@ -72,7 +72,7 @@ struct ForceComparison {
   std::vector<int> axes;  // compared
 
   // Throws std::out_of_range: no such line.
-  [[nodiscard]] const Line& line(std::string_view key) const;
+  [[nodiscard]] const ComparisonLine& line(std::string_view key) const;
   // Everything that was tested is right, and the magnitude was tested.
   [[nodiscard]] bool passes() const;
 };

@@ -9,8 +9,8 @@ namespace palpate {
 namespace {
 
 bool IsWrong(const ForceComparison& comparison, std::string_view key) {
-  return std::ranges::any_of(comparison.lines, [&](const Line& line) {
-    return line.key == key && line.finding == Finding::kWrong;
+  return std::ranges::any_of(comparison.lines, [&](const ComparisonLine& line) {
+    return line.key == key && line.finding == Judgement::kWrong;
   });
 }
 
@@ -93,7 +93,7 @@ void AddScaleCauses(const ForceComparison& comparison, const ForceSource& source
   bool follows = false;  // whether the force's scale follows from that of positions
   if (comparison.position &&
       FindingOfInterval(comparison.position->gain.forth, 1 - kPositionTolerance,
-                        1 + kPositionTolerance) == Finding::kWrong) {
+                        1 + kPositionTolerance) == Judgement::kWrong) {
     const Interval& scale = comparison.position->gain.forth;
     std::string cause = "Positions are " + Words(scale, "", 1, 3) +
                         " times the known ones: " + source.position_source;

@@ -28,7 +28,7 @@ Json ToJson(const std::string& finger, const ForceComparison& one) {
   Json json{{"finger", finger},           {"passes", one.passes()}, {"states", one.rows},
             {"flagged", one.flagged},     {"loads", one.holds},     {"lines", Json::object()},
             {"likely_wrong", one.causes}, {"unit", one.unit}};
-  for (const Line& line : one.lines) {
+  for (const ComparisonLine& line : one.lines) {
     json["lines"][line.key] = {{"verdict", ToString(line.finding)},
                                {"low_value_high", IntervalJson(line.interval)},
                                {"text", line.value},
@@ -73,7 +73,7 @@ std::string ToText(const Comparisons& comparisons) {
             (one.passes() ? ": passes, " : ": does not pass, ");
     if (one.holds > 0) text += Formatted("%d loads, ", one.holds);
     text += Formatted("%d states under load\n", one.rows);
-    for (const Line& line : one.lines) {
+    for (const ComparisonLine& line : one.lines) {
       text += Formatted("  %-20s  %-11s  %s\n", line.title.c_str(),
                         std::string(ToString(line.finding)).c_str(),
                         (line.value.empty() ? line.remark : line.value).c_str());

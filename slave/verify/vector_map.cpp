@@ -162,9 +162,9 @@ Interval Inverse(const Interval& interval) {
 
 }  // namespace
 
-Finding FindingOfInterval(const Interval& interval, double low, double high) {
-  if (interval.low >= low && interval.high <= high) return Finding::kRight;
-  return interval.high < low || interval.low > high ? Finding::kWrong : Finding::kOpen;
+Judgement FindingOfInterval(const Interval& interval, double low, double high) {
+  if (interval.low >= low && interval.high <= high) return Judgement::kRight;
+  return interval.high < low || interval.low > high ? Judgement::kWrong : Judgement::kOpen;
 }
 
 std::vector<int> BlocksOf(Index count) {
@@ -212,12 +212,13 @@ Interval Scale::Both() const {
           std::fmax(forth.high, back.high)};
 }
 
-Finding Scale::FindingWithin(double tolerance) const {
+Judgement Scale::FindingWithin(double tolerance) const {
   const double low = 1 - tolerance, high = 1 + tolerance;
-  const Finding a = FindingOfInterval(forth, low, high), b = FindingOfInterval(back, low, high);
-  if (a == Finding::kRight || b == Finding::kRight) return Finding::kRight;
+  const Judgement a = FindingOfInterval(forth, low, high), b = FindingOfInterval(back, low, high);
+  if (a == Judgement::kRight || b == Judgement::kRight) return Judgement::kRight;
   const bool agree = (forth.high < low) == (back.high < low);
-  return a == Finding::kWrong && b == Finding::kWrong && agree ? Finding::kWrong : Finding::kOpen;
+  return a == Judgement::kWrong && b == Judgement::kWrong && agree ? Judgement::kWrong
+                                                                   : Judgement::kOpen;
 }
 
 VectorMap FitMap(const Matrix3Xd& first, const Matrix3Xd& second, const std::vector<int>& block,

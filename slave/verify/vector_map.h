@@ -15,9 +15,9 @@
 
 namespace palpate {
 
-enum class Finding : std::uint8_t { kRight, kWrong, kOpen, kUntested };
+enum class Judgement : std::uint8_t { kRight, kWrong, kOpen, kUntested };
 // Returns whether an interval is inside `low` to `high`, outside, or across an end (kOpen).
-Finding FindingOfInterval(const Interval& interval, double low, double high);
+Judgement FindingOfInterval(const Interval& interval, double low, double high);
 
 // `count` rows in at most 20 blocks of neighbours, which may share their errors: row i belongs to
 // block (*)(i).
@@ -70,7 +70,7 @@ struct Scale {
 
   [[nodiscard]] Interval Both() const;
   // Right if either scale is right; wrong if both are wrong on the same side.
-  [[nodiscard]] Finding FindingWithin(double tolerance) const;
+  [[nodiscard]] Judgement FindingWithin(double tolerance) const;
 };
 
 struct VectorMap {

@@ -66,7 +66,7 @@ class Plugged(FolderTest):
         return wait_until(lambda: not self.status().alarms and self.status().validity == states.VALIDITY_VALID)
 
     def operate(self, seconds):
-        return self.start(MASTER, "connect", self.slave.address, "--duration", seconds, "--report",
+        return self.start(MASTER, "connect", self.slave.address, "--device", "sim-hand", "--duration", seconds, "--report",
                           self.out / "report.json", "--log", self.out / "log.csv", stdout=subprocess.DEVNULL)
 
     def report(self, master):

@@ -40,6 +40,14 @@ class EverySense(FolderTest):
         self.process(*settings)
         self.serve(*settings)
 
+    def test_nothing_moves_a_real_tool_that_nobody_asked_for(self):
+        real = overrides("model.elements=60", "sense.camera.source=stream", "manipulator.source=stream")
+        with Slave(SCENES / "silicone-block.yaml", *real, simulates=False) as slave:
+            done = run(MASTER, "connect", slave.address, "--duration", "1", "--log", self.out / "log.csv")
+        self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
+        self.assertIn("this master observes", done.stdout)
+        self.assertEqual({row["state"] for row in read_rows(self.out / "log.csv")}, {"DISCONNECTED"})
+
 
 if __name__ == "__main__":
     unittest.main(verbosity=2)

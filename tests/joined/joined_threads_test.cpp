@@ -61,7 +61,7 @@ class FaultCheck {
 class JoinedThreadsTest : public testing::Test {
  protected:
   JoinedThreadsTest() {
-    link_.Start(&states_, &commands_, &settings_);
+    link_.Start(&states_, &commands_, &settings_, true);
     haptics_ = std::jthread(
         [this](const std::stop_token& stop) { loop_.Run(hand_, std::chrono::hours(1), stop); });
   }
@@ -78,13 +78,15 @@ class JoinedThreadsTest : public testing::Test {
     Until([&] { return Clock::now() >= end; });
   }
 
+  // Resets the stop that the newest state shows.
+  std::string Reset() { return link_.calls().Reset(link_.state().message->stops()); }
   // Makes the tool follow. Like a person, the operator resets a stop and engages again after a
   // hold.
   bool Follows() {
     const auto follows = [this] { return slave_.view().phase == Phase::kFollowing; };
     return Until([&] {
       if (follows()) return true;
-      if (slave_.view().phase == Phase::kEstop) link_.calls().Reset(link_.calls().known_stops());
+      if (slave_.view().phase == Phase::kEstop) Reset();
       hand_.is_engaged = false;
       For(0.05);
       hand_.is_engaged = true;
@@ -141,7 +143,7 @@ TEST_F(JoinedThreadsTest, StopsResetsSettingsAndFaultsLeaveEveryInvariantIntact)
             {.position_scale = dice.Between(0.5, 2), .force_scale = {}, .force_limit = {}});
         break;
       default:
-        link_.calls().Reset(link_.calls().known_stops());
+        Reset();
     }
     hand_.is_engaged = false;
     For(0.02);
@@ -157,7 +159,7 @@ TEST_F(JoinedThreadsTest, StopsResetsSettingsAndFaultsLeaveEveryInvariantIntact)
   EXPECT_TRUE(Until([&] { return !loop_.stops().is_wanted(); }));
   EXPECT_EQ(slave_.view().phase, Phase::kEstop);
   // A stop call that is still in transit stops the tool once more.
-  EXPECT_TRUE(Until([&] { return link_.calls().Reset(link_.calls().known_stops()).empty(); }));
+  EXPECT_TRUE(Until([&] { return Reset().empty(); }));
   EXPECT_TRUE(Follows());
 }
 

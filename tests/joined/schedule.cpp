@@ -108,8 +108,9 @@ void Schedule::Happen() {
       CallSlave([this, asked = loop_.stops().asked()] {
         slave_.EmergencyStop("call");
         NoteStop(asked);
-        calls_.emplace(now_ + Seconds(to_master_.quality.delay),
-                       [this, asked] { loop_.stops().Act(asked); });
+        calls_.emplace(
+            now_ + Seconds(to_master_.quality.delay),
+            [this, asked, number = slave_.stops()] { loop_.stops().Act(asked, number); });
       });
       break;
     case 2:
@@ -166,11 +167,7 @@ void Schedule::Step() {
 }
 
 void Schedule::OnState(const SlaveState& state) {
-  if (!state.events.Has(Event::kEstop)) return;
-  CallSlave([this] {
-    calls_.emplace(std::max(now_ + Seconds(to_master_.quality.delay), to_master_.cut_until()),
-                   [this, stops = slave_.stops()] { known_stops_ = stops; });
-  });
+  known_stops_ = state.stops;
 }
 
 void Schedule::PressStop() {

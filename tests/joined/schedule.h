@@ -39,7 +39,7 @@ struct LineQuality {
 
 // One direction of a link: the ordered stream and the datagrams.
 template <class Packet>
-class Line {
+class DelayLine {
  public:
   LineQuality quality;
 
@@ -136,8 +136,8 @@ class Schedule {
   Time fault_until_{};
   double depth_ = 2e-3, frequency_ = 1;  // of the device's motion [m], [Hz]
 
-  Line<CommandPacket> to_slave_;
-  Line<StatePacket> to_master_;
+  DelayLine<CommandPacket> to_slave_;
+  DelayLine<StatePacket> to_master_;
 
   // Data of a sent state that the invariants need.
   struct Sent {

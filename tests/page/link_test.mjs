@@ -105,6 +105,19 @@ test('a stop passes a full buffer, which drops other commands', () => {
   assert.ok(!sent.some(({ do: what }) => what === 'mark') && sent.some(({ do: what }) => what === 'stop'), JSON.stringify(sent));
 });
 
+test('a stop that the master has taken is not sent again, and stays pending until the slave answers', () => {
+  socket.open();
+  link.stop();
+  socket.stops(true);
+  socket.hear(status('STOP_REQUESTED'));
+  socket.stops();
+  mock.timers.tick(1000);
+  assert.equal(socket.stops(), 0);
+  assert.ok(link.isStopPending, 'the line to the slave is cut');
+  socket.hear(status('READY'));
+  assert.ok(!link.isStopPending, 'another operator has reset it');
+});
+
 test('a status of the stop before, which is being reset, does not confirm a new stop', () => {
   socket.open();
   socket.hear(status('ESTOP'));

@@ -49,7 +49,6 @@ const std::map<std::string, Event> kEvents{{"contact", Event::kContact},
                                            {"tracking_regained", Event::kTrackingRegained},
                                            {"limit", Event::kLimit},
                                            {"hold", Event::kHold},
-                                           {"estop", Event::kEstop},
                                            {"command_refused", Event::kCommandRefused}};
 
 // The line of a page with the sentence; 0: none.

@@ -15,6 +15,8 @@
 #include "palpate/state.h"
 
 namespace palpate {
+// Its symbols are not those of the programs, whose classes have some of the same names.
+inline namespace client {
 
 // What the encoders and sensors of a manipulator measure, frame S.
 struct ArmReading {
@@ -119,4 +121,5 @@ class ArmDriver {
   Exchange exchange_;
 };
 
+}  // namespace client
 }  // namespace palpate

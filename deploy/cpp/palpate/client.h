@@ -27,6 +27,8 @@
 #include "palpate/state.h"
 
 namespace palpate {
+// Its symbols are not those of the programs, whose classes have some of the same names.
+inline namespace client {
 
 // A connected slave. `stub()` has all calls of palpate.v1, for what this class does not offer.
 class Slave {
@@ -144,4 +146,5 @@ class Slave {
   std::unique_ptr<v1::Teleoperation::Stub> stub_;
 };
 
+}  // namespace client
 }  // namespace palpate

@@ -21,6 +21,8 @@
 #include "palpate/state.h"
 
 namespace palpate {
+// Its symbols are not those of the programs, whose classes have some of the same names.
+inline namespace client {
 
 // Holds the lease of a slave while it exists, and moves its tool. Slave::Operate makes it.
 //
@@ -121,6 +123,7 @@ class Operator {
  private:
   using Clock = std::chrono::steady_clock;
   static constexpr std::chrono::milliseconds kPeriod{4};
+  static constexpr double kSilent = 0.5;  // without a state: a link that is cut [s]
   static constexpr std::chrono::seconds kHeld{1}, kAnswer{10}, kGoodbye{1};
 
   // Requires the lock. While an object exists, all states from the newest on are kept; between
@@ -195,6 +198,9 @@ class Operator {
   // `what`, and why according to the newest state.
   [[nodiscard]] std::string WithReason(std::string what) const {
     if (states_.empty()) return what;
+    const double silent = std::chrono::duration<double>(Clock::now() - received_at_).count();
+    if (silent > kSilent)
+      return "no state of the slave for " + std::to_string(silent) + " s: the link is cut";
     const auto& newest = states_.back().message();
     what += ": " + v1::Phase_Name(newest.phase()) + ", " + v1::Validity_Name(newest.validity());
     if (revision_ != 0 && newest.settings_revision() != revision_) {
@@ -305,4 +311,5 @@ class Operator {
   grpc::Status status_;
 };
 
+}  // namespace client
 }  // namespace palpate

@@ -15,6 +15,8 @@
 #include <palpate/v1/state.pb.h>
 
 namespace palpate {
+// Its symbols are not those of the programs, whose classes have some of the same names.
+inline namespace client {
 
 using Vector = std::array<double, 3>;
 
@@ -109,4 +111,5 @@ class State {
   v1::SlaveState message_;
 };
 
+}  // namespace client
 }  // namespace palpate

@@ -16,6 +16,7 @@ from palpate.state import Array, Phase, State, States, rotation_matrix, vector
 from palpate.v1 import scene_pb2, state_pb2, teleoperation_pb2
 
 PERIOD = 0.004  # [s] between commands; the slave holds the tool after 30 ms of silence
+SILENT = 0.5    # [s] without a state: a link that is cut
 MAX_HOLD = 1.0  # [s] after which a motion raises Interrupted if the tool does not follow
 TIMEOUT = 10.0  # [s] longest wait for the first state and for an engagement
 
@@ -231,7 +232,10 @@ class Operator:
             self._changed.notify_all()
 
     def _interrupted(self, what: str) -> Interrupted:
-        if self._states:
+        silent = time.monotonic() - self._heard
+        if self._states and silent > SILENT:
+            what = f"no state of the slave for {silent:.1f} s: the link is cut"
+        elif self._states:
             newest = self._states[-1]
             what += f": phase {newest.phase.name}, validity {newest.validity.name}"
             if newest.message.settings_revision != self._revision != 0:

@@ -173,7 +173,8 @@ void HaplyDevice::Publish(const HaplyState& state) {
   }
   reading.status.buttons = state.buttons;
   reading.engaged = (state.buttons & 1U) != 0;
-  reading.status.calibration = state.calibrated ? Calibration::kCalibrated : Calibration::kManual;
+  reading.status.calibration =
+      state.calibrated ? CalibrationState::kCalibrated : CalibrationState::kManual;
   reading.status.force_share = ForceShare(state);
   last_ = reading;
   readings_.Put(reading);

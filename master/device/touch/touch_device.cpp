@@ -142,7 +142,7 @@ TouchDevice::TouchDevice(Opened opened, std::function<Time()> clock)
       handle_(opened.handle),
       description_(std::move(opened.description)),
       clock_(std::move(clock)) {
-  newest_.status.calibration = status_.calibration = Calibration::kUnknown;
+  newest_.status.calibration = status_.calibration = CalibrationState::kUnknown;
   newest_.repeated = true;
   std::array<double, 6> motors{};
   api_.get_doubles(hd::kMotorTemperature, motors.data());
@@ -223,15 +223,15 @@ DeviceReading TouchDevice::Measure(Time now) noexcept {
 void TouchDevice::Calibrate() noexcept {
   const unsigned state = api_.check_calibration();
   if (state == hd::kCalibrated) {
-    status_.calibration = Calibration::kCalibrated;
+    status_.calibration = CalibrationState::kCalibrated;
   } else if (state == hd::kNeedsUpdate) {
     const unsigned style =
         api_.calibration_style == nullptr ? 0 : StyleOf(api_.calibration_style());
     const bool ready = style != hd::kEncoderReset || (status_.buttons & kSecondButton) != 0;
-    status_.calibration = ready ? Calibration::kPending : Calibration::kManual;
+    status_.calibration = ready ? CalibrationState::kPending : CalibrationState::kManual;
     if (ready) api_.update_calibration(style);
   } else {
-    status_.calibration = Calibration::kManual;
+    status_.calibration = CalibrationState::kManual;
   }
 }
 

@@ -11,7 +11,9 @@ const isOfField = ({ target, key }) =>
   /^(INPUT|SELECT)$/.test(target.tagName) && (target.type !== 'range' || /^(Arrow|Page|Home|End)/.test(key));
 // Returns whether a key presses the focused element.
 const pressesFocused = ({ target, key }) =>
-  /^( |Enter)$/.test(key) && target.closest('button, a, select, input:not([type=range])') !== null;
+  /^( |Enter)$/.test(key) && target.closest('button, a, select, summary, input:not([type=range])') !== null;
+// Returns whether nothing has the focus but the object's view.
+const isUnfocused = ({ target }) => target === document.body || target.closest('#view') !== null;
 
 export class Controls {
   constructor({ link, view, imagePanel, pointer, charts, sound, replay, alarms, onTheme, onShare }) {
@@ -93,7 +95,7 @@ export class Controls {
     const modes = [...byId('render').options].map((option) => option.value);
     this.link.send({ do: 'render', mode: modes[(modes.indexOf(byId('render').value) + 1) % modes.length] });
   }
-  // Escape stops with any focus. Space stops unless it has another function at the focus.
+  // Escape stops with any focus, Space where nothing else has the focus.
   key(event) {
     if (event.key === 'Escape') return event.repeat || this.stop();
     const isLetter = event.key.length === 1 && event.key !== ' ';
@@ -101,8 +103,11 @@ export class Controls {
     if (event.target.id === 'strips' && this.charts.key(event)) return this.swallow(event);
     if (this.replay.key(event)) return this.swallow(event);
     if (this.replay.active && event.key === ' ') return;
-    if (event.key === ' ' && !event.repeat) this.stop();
-    if (event.key === ' ') return this.swallow(event);
+    if (event.key === ' ') {
+      if (!isUnfocused(event)) return;
+      if (!event.repeat) this.stop();
+      return this.swallow(event);
+    }
     // The set-up hides the elements that the other keys act on.
     if (event.ctrlKey || event.metaKey || event.altKey || isOfField(event) || !byId('setup').hidden) return;
     if (!event.target.closest('[role=tablist]') && this.pointer.key(event, true)) return this.swallow(event);

@@ -38,6 +38,7 @@ export class Link {
       clock: null,
       silent: true,
       stopAskedAt: null,
+      isStopTaken: false,
       answeredUntil: -1,
       unanswered: 0,
     });
@@ -48,6 +49,7 @@ export class Link {
   }
   open() {
     this.unanswered = 0;
+    this.isStopTaken = false;
     // The fragment of the address, which browsers do not send.
     const token = location.hash.slice(1);
     this.socket = new WebSocket(`${location.protocol.replace('http', 'ws')}//${location.host}/ws${token && `?token=${token}`}`);
@@ -105,7 +107,7 @@ export class Link {
       this.answeredUntil = message.at;
       return;
     }
-    if (message.kind === 'status' && message.state === 'ESTOP' && this.answeredUntil >= this.stopAskedAt) this.stopAskedAt = null;
+    if (message.kind === 'status') this.compareWithStop(message.state);
     if (message.kind === 'status')
       this.clock = { t: message.t, at: this.receivedAt, rate: message.replay ? message.replay.playing * message.replay.speed : 1 };
     this.receive(message.kind, message);
@@ -117,17 +119,23 @@ export class Link {
   send(command) {
     if (this.socket.readyState === WebSocket.OPEN && this.socket.bufferedAmount < 4096) this.socket.send(JSON.stringify(command));
   }
-  // An emergency stop is pending until the master has answered a later ping, hence has taken the stop, and its status is ESTOP.
-  // A status of an earlier stop, which is being reset, confirms nothing.
+  // An emergency stop is repeated until the master has answered a later ping and shows the stop, and it is pending until the
+  // slave's own state has answered it. A status of an earlier stop, which is being reset, confirms nothing.
   stop() {
     this.stopAskedAt = performance.now();
+    this.isStopTaken = false;
     this.repeatStop();
   }
   get isStopPending() {
     return this.stopAskedAt !== null;
   }
+  compareWithStop(state) {
+    if (!this.isStopPending || this.answeredUntil < this.stopAskedAt) return;
+    if (state === 'ESTOP' || (this.isStopTaken && state !== 'STOP_REQUESTED')) this.stopAskedAt = null;
+    else if (state === 'STOP_REQUESTED') this.isStopTaken = true;
+  }
   repeatStop() {
-    if (!this.isStopPending) return;
+    if (!this.isStopPending || this.isStopTaken) return;
     this.unanswered += 1;
     if (this.unanswered > UNANSWERED_STOPS) this.replaceSocket();
     if (this.socket.readyState !== WebSocket.OPEN) return;

@@ -149,8 +149,11 @@ function showHint() {
   write(byId('hint'), latest.hello?.pointer ? hint(latest.status) : latest.why);
 }
 
+const ALONE = 'This master observes: it was started without a device for a real tool.';
 function hint(status) {
+  if (status?.link.observes && latest.hello?.only_observes) return ALONE;
   if (status?.link.observes) return 'The slave has no manipulator: it observes a tool that somebody else moves.';
+  if (status?.state === 'STOP_REQUESTED') return 'Emergency stop requested: the slave has not confirmed it.';
   if (status?.state === 'ESTOP') return 'Stopped: dragging moves nothing until the stop is reset (R).';
   if (pointer.isLedElsewhere) return 'Another page controls the tool: engage here after it has disengaged.';
   if (pointer.isIdle && status?.state === 'READY') return 'Engaged, but the tool does not follow: disengage, then engage again.';
@@ -185,18 +188,18 @@ function showState() {
     [level, name, words] = [
       'idle',
       'OBSERVING',
-      latest.health?.scene?.name ? 'no manipulator: nobody can move the tool' : 'set-up: the slave has no scene yet',
+      latest.hello?.only_observes ? ALONE : latest.health?.scene?.name ? 'no manipulator: nobody can move the tool' : 'set-up: the slave has no scene yet',
     ];
   if (lost) [level, name, words] = ['bad', 'NO MASTER', lost];
   const line = status?.link;
   if (status?.state === 'DISCONNECTED' && !line.observes && line.word === 'connected' && !lost)
     [level, name, words] = ['warn', 'CONNECTED', 'the slave answers, but sends no states'];
-  if (!lost && line?.word === 'degraded') [level, words] = [level === 'bad' ? level : 'warn', `DEGRADED: ${line.why}`];
+  if (!lost && line?.word === 'degraded') [level, words] = [level === 'bad' ? level : 'warn', `${words}; degraded: ${line.why}`];
   const chip = byId('state');
   chip.dataset.level = level;
   const [mark, title, more] = chip.children;
   write(mark, MARK[level]);
-  write(title, name);
+  write(title, name.replaceAll('_', ' '));
   write(more, words);
   more.title = words;
   byId('reset').hidden = Boolean(lost) || status?.state !== 'ESTOP' || link.isStopPending;

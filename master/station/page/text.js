@@ -45,7 +45,7 @@ export function unconnected(hello, status, lost) {
   const observes = status?.link.observes, standIn = Object.keys(STAND_INS).find((name) => hello.device.startsWith(name));
   return [
     ...(status && !status.link.connected && !observes ? ['slave'] : []),
-    ...(observes ? ['manipulator: nobody can move the tool'] : []),
+    ...(observes && !hello.only_observes ? ['manipulator: nobody can move the tool'] : []),
     ...(standIn && !observes ? [`haptic device: ${STAND_INS[standIn]}`] : []),
     ...(hello.simulated ? ['a real object: sensors and manipulator are simulated'] : []),
   ];
@@ -108,4 +108,5 @@ export const STATES = {
   CLUTCHED: ['idle', 'disengaged: the tool is stopped'],
   HOLD: ['warn', 'the tool is stopped, the force fades'],
   ESTOP: ['bad', 'emergency stop, latched'],
+  STOP_REQUESTED: ['bad', 'the slave has not confirmed the emergency stop: the tool may still move'],
 };

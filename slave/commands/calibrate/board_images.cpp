@@ -15,7 +15,7 @@ namespace {
 // Returns the map from the number in a name to the index. It is empty if an image of the board has
 // no number, or two have the same. Other files are included if their number is unique, because they
 // may be damaged images.
-std::map<std::string, std::size_t> Numbered(const BoardImages& side) {
+std::map<std::string, std::size_t> Numbered(const DetectedBoards& side) {
   std::map<std::string, std::size_t> numbers;
   for (const bool has_board : {true, false}) {
     for (std::size_t i = 0; i < side.images.size(); ++i) {
@@ -39,10 +39,10 @@ std::vector<std::filesystem::path> ListedImages(const std::string& option,
   }
 }
 
-BoardImages FindBoards(const std::string& option, const std::string& pattern, const Board& board,
-                       ProgressBar* bar) {
+DetectedBoards FindBoards(const std::string& option, const std::string& pattern, const Board& board,
+                          ProgressBar* bar) {
   const std::vector<std::filesystem::path> files = ListedImages(option, pattern);
-  BoardImages out;
+  DetectedBoards out;
   for (std::size_t i = 0; i < files.size(); ++i) {
     if (!bar->Report("boards of " + option,
                      static_cast<double>(i) / static_cast<double>(files.size()))) {
@@ -75,8 +75,8 @@ BoardImages FindBoards(const std::string& option, const std::string& pattern, co
       out.images.front().why_not));
 }
 
-std::vector<std::pair<std::size_t, std::size_t>> MatchImages(const BoardImages& left,
-                                                             const BoardImages& right) {
+std::vector<std::pair<std::size_t, std::size_t>> MatchImages(const DetectedBoards& left,
+                                                             const DetectedBoards& right) {
   std::vector<std::pair<std::size_t, std::size_t>> pairs;
   const auto of_right = Numbered(right);
   for (const auto& [number, i] : Numbered(left)) {

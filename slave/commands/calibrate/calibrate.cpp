@@ -80,7 +80,7 @@ void RequireOtherThanInputs(const CalibrateOptions& options) {
   RequireOtherThan("--out", options.out, inputs);
 }
 
-void WriteCorners(const std::filesystem::path& file, const BoardImages& side) {
+void WriteCorners(const std::filesystem::path& file, const DetectedBoards& side) {
   const BoardImage& last = side.images.back();
   if (!last.corners) throw std::runtime_error(last.name + ": " + last.why_not);
   std::string table = "u,v\n";
@@ -91,13 +91,13 @@ void WriteCorners(const std::filesystem::path& file, const BoardImages& side) {
 CalibrationReport CalibrateImages(const CalibrateOptions& options, const std::stop_token& stop) {
   const Board board = BoardOf(options);
   ProgressBar bar("calibrate", stop);
-  const BoardImages left = FindBoards("--left", options.left, board, &bar);
+  const DetectedBoards left = FindBoards("--left", options.left, board, &bar);
   if (!options.corners.empty()) WriteCorners(options.corners, left);
   if (options.right.empty()) {
     bar.Report("lens", 0);
     return CalibrateOneCamera(board, left);
   }
-  const BoardImages right = FindBoards("--right", options.right, board, &bar);
+  const DetectedBoards right = FindBoards("--right", options.right, board, &bar);
   bar.Report("rig", 0);
   return CalibrateTwoCameras(board, left, right);
 }

@@ -41,13 +41,13 @@ CalibrationReport ReportOn(const Board& board, const std::vector<BoardView>& vie
   return report;
 }
 
-CalibrationReport CalibrateInOrder(const Board& board, const BoardImages& left,
-                                   const BoardImages& right) {
+CalibrationReport CalibrateInOrder(const Board& board, const DetectedBoards& left,
+                                   const DetectedBoards& right) {
   CalibrationReport report;
   std::vector<BoardView> views;
   std::vector<std::size_t> row_of;
   std::set<std::string> alone;
-  for (const BoardImages* side : {&left, &right}) {
+  for (const DetectedBoards* side : {&left, &right}) {
     for (const BoardImage& image : side->images) alone.insert(image.name);
   }
   for (const auto& [i, j] : MatchImages(left, right)) {
@@ -100,7 +100,7 @@ std::string ScaleWords(const Calibration& calibration) {
 
 }  // namespace
 
-CalibrationReport CalibrateOneCamera(const Board& board, const BoardImages& side) {
+CalibrationReport CalibrateOneCamera(const Board& board, const DetectedBoards& side) {
   CalibrationReport report;
   std::vector<BoardView> views;
   std::vector<std::size_t> row_of;
@@ -113,8 +113,8 @@ CalibrationReport CalibrateOneCamera(const Board& board, const BoardImages& side
   return ReportOn(board, views, row_of, {side.size, {}}, std::move(report));
 }
 
-CalibrationReport CalibrateTwoCameras(const Board& board, const BoardImages& left,
-                                      const BoardImages& right) {
+CalibrationReport CalibrateTwoCameras(const Board& board, const DetectedBoards& left,
+                                      const DetectedBoards& right) {
   CalibrationReport report = CalibrateInOrder(board, left, right);
   if (report.calibration.reasons.empty() && AreSidesExchanged(report.calibration.rig)) {
     report = CalibrateInOrder(board, right, left);

@@ -22,10 +22,10 @@ struct CalibrationReport {
 
 // Both throw std::runtime_error with a sentence if the images determine no lens or rig. Images and
 // pairs that contradict the others are listed in the report's rows and not used.
-CalibrationReport CalibrateOneCamera(const Board& board, const BoardImages& side);
+CalibrationReport CalibrateOneCamera(const Board& board, const DetectedBoards& side);
 // In an accepted rig the left camera is on the left: exchanged sides are corrected, with a note.
-CalibrationReport CalibrateTwoCameras(const Board& board, const BoardImages& left,
-                                      const BoardImages& right);
+CalibrationReport CalibrateTwoCameras(const Board& board, const DetectedBoards& left,
+                                      const DetectedBoards& right);
 
 // The report as a table and sentences.
 std::string Words(const CalibrationReport& report);

@@ -142,11 +142,11 @@ void FileCursor::RequireRoom(const char* what, std::size_t count, std::size_t by
          "at most " + std::to_string(room) + ", what the rest of the file has room for");
 }
 
-RowReader::RowReader(const std::filesystem::path& file) {
+MeshRowReader::MeshRowReader(const std::filesystem::path& file) {
   files_.push_back(std::make_unique<FileCursor>(file));
 }
 
-void RowReader::Include(const std::string& name) {
+void MeshRowReader::Include(const std::string& name) {
   if (files_.size() >= kDeepest) {
     Refuse("*INCLUDE " + Quoted(name), std::to_string(kDeepest) + " files inside each other");
   }
@@ -158,7 +158,7 @@ void RowReader::Include(const std::string& name) {
   files_.push_back(std::make_unique<FileCursor>(file));
 }
 
-bool RowReader::Next() {
+bool MeshRowReader::Next() {
   if (again_) {
     again_ = false;
     return true;
@@ -180,7 +180,7 @@ bool RowReader::Next() {
   }
 }
 
-void RowReader::Require(const char* what, std::size_t least) {
+void MeshRowReader::Require(const char* what, std::size_t least) {
   if (!Next()) Refuse("the file ends", std::string(what) + " here");
   if (fields_.size() < least) {
     Refuse(std::string(what) + " has " + std::to_string(fields_.size()) + " fields",
@@ -188,12 +188,12 @@ void RowReader::Require(const char* what, std::size_t least) {
   }
 }
 
-std::int64_t RowReader::Whole(std::size_t field, const char* what, std::int64_t low,
-                              std::int64_t high) const {
+std::int64_t MeshRowReader::Whole(std::size_t field, const char* what, std::int64_t low,
+                                  std::int64_t high) const {
   return ParseWhole(*this, fields_.at(field), what, low, high);
 }
 
-double RowReader::Real(std::size_t field, const char* what) const {
+double MeshRowReader::Real(std::size_t field, const char* what) const {
   return ParseReal(*this, fields_.at(field), what);
 }
 

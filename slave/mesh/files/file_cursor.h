@@ -127,10 +127,10 @@ class FileCursor : public SourcePlace {
 
 // A text file of rows: fields between blanks or commas, comments from `#` to the end of the line,
 // empty lines are skipped, *INCLUDE lines are replaced by the rows of the named file.
-class RowReader : public SourcePlace {
+class MeshRowReader : public SourcePlace {
  public:
   // Throws std::invalid_argument: a file cannot be read, files that include each other endlessly.
-  explicit RowReader(const std::filesystem::path& file);
+  explicit MeshRowReader(const std::filesystem::path& file);
 
   // Moves to the next row; returns false if there is none.
   bool Next();

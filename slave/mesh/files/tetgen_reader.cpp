@@ -7,7 +7,7 @@ namespace palpate {
 namespace {
 
 // Returns the number at the beginning of a row; numbers increase by one.
-std::int64_t RowNumber(const RowReader& rows, const char* what, std::int64_t row,
+std::int64_t RowNumber(const MeshRowReader& rows, const char* what, std::int64_t row,
                        std::int64_t* first) {
   const std::int64_t number = rows.Whole(0, what, 0, FileCursor::kMaxCount);
   if (row == 0) *first = number;
@@ -19,26 +19,26 @@ std::int64_t RowNumber(const RowReader& rows, const char* what, std::int64_t row
 }
 
 // Returns the count at `field` of the first line; 0: the field is missing.
-std::size_t DeclaredCount(const RowReader& rows, std::size_t field, const char* what) {
+std::size_t DeclaredCount(const MeshRowReader& rows, std::size_t field, const char* what) {
   if (rows.fields().size() <= field) return 0;
   return static_cast<std::size_t>(rows.Whole(field, what, 0, FileCursor::kMaxCount));
 }
 
 // An additional or missing field, for example from a decimal comma, would shift the others.
-void RequireFields(const RowReader& rows, std::size_t expected) {
+void RequireFields(const MeshRowReader& rows, std::size_t expected) {
   const std::size_t count = rows.fields().size();
   if (count == expected) return;
   rows.Refuse(std::to_string(count) + " fields",
               std::to_string(expected) + ", with the attributes and markers of the first line");
 }
 
-void RequireEnd(RowReader* rows) {
+void RequireEnd(MeshRowReader* rows) {
   if (rows->Next()) rows->Refuse(Quoted(rows->fields()[0]), "the end of the file after its rows");
 }
 
 }  // namespace
 
-void ReadNodeTable(RowReader* rows, MeshBuilder* builder) {
+void ReadNodeTable(MeshRowReader* rows, MeshBuilder* builder) {
   rows->Require("a line `nodes 3 attributes markers`", 2);
   const std::int64_t count = rows->Whole(0, "count of nodes", 1, FileCursor::kMaxCount);
   rows->Whole(1, "dimension", 3, 3);
@@ -54,7 +54,7 @@ void ReadNodeTable(RowReader* rows, MeshBuilder* builder) {
   }
 }
 
-void ReadElementTable(RowReader* rows, MeshBuilder* builder) {
+void ReadElementTable(MeshRowReader* rows, MeshBuilder* builder) {
   rows->Require("a line `elements corners attributes`", 2);
   const std::int64_t count = rows->Whole(0, "count of elements", 1, FileCursor::kMaxCount);
   const std::int64_t corners = rows->Whole(1, "nodes per element", 4, 10);
@@ -83,8 +83,8 @@ void ReadElementTable(RowReader* rows, MeshBuilder* builder) {
 
 MeshFile ReadTetgen(const std::filesystem::path& file, double unit) {
   std::filesystem::path nodes = file, elements = file;
-  RowReader node_rows(nodes.replace_extension(".node"));
-  RowReader element_rows(elements.replace_extension(".ele"));
+  MeshRowReader node_rows(nodes.replace_extension(".node"));
+  MeshRowReader element_rows(elements.replace_extension(".ele"));
   MeshBuilder builder(node_rows);
   ReadNodeTable(&node_rows, &builder);
   RequireEnd(&node_rows);

@@ -98,7 +98,7 @@ class VegaReader {
     }
   }
 
-  RowReader rows_;
+  MeshRowReader rows_;
   MeshBuilder builder_;
   std::map<std::string, FileMaterial> materials_, used_;
 };

@@ -156,7 +156,7 @@ TEST(HapticDevicePropertyTest, NoOrderOfCallsSkipsALimit) {
       device.next.repeated = below(3) == 0 || (i / 50) % 4 == 3;
       device.next.engaged = below(2) == 0;
       device.next.status.calibration =
-          below(30) == 0 ? Calibration::kManual : Calibration::kCalibrated;
+          below(30) == 0 ? CalibrationState::kManual : CalibrationState::kCalibrated;
       device.next.status.fault = below(60) == 0 ? DeviceFault::kDriver : DeviceFault::kNone;
       device.next.p_M.x() = below(80) == 0 ? std::nan("") : 0.01;
       device.answer = static_cast<DeviceOutput>(below(3));

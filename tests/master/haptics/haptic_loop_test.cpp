@@ -447,7 +447,7 @@ TEST(HapticLoopReturnTest, AnEngagementGoesOnAfterACutOfTheLine) {
 TEST_F(HapticLoopTest, TheOperatorsEmergencyStopIsReportedAndLetsTheHandGo) {
   rig_.loop.stops().Request();
   rig_.Tick(puppet_);
-  EXPECT_EQ(rig_.state(), kEstop);
+  EXPECT_EQ(rig_.state(), OperatorState::kStopRequested);
   const OperatorCommand* command = rig_.commands.Take();
   ASSERT_NE(command, nullptr);
   EXPECT_TRUE(command->stop);
@@ -498,11 +498,12 @@ TEST(EmergencyStopTest, EachIsReportedHoweverSoonAfterAReset) {
 TEST_F(HapticLoopTest, AStopThatArrivedByACallIsNotSentAgain) {
   rig_.loop.stops().Request();
   rig_.Tick(puppet_);
-  rig_.loop.stops().Act(1);
+  rig_.loop.stops().Act(1, 9);
   rig_.Tick(puppet_);
   EXPECT_FALSE(rig_.commands.Take()->stop);
+  EXPECT_EQ(rig_.state(), OperatorState::kStopRequested) << "no state shows that stop";
   rig_.loop.stops().Request();
-  rig_.loop.stops().Act(1);
+  rig_.loop.stops().Act(1, 9);
   rig_.Tick(puppet_);
   EXPECT_TRUE(rig_.commands.Take()->stop) << "another one";
 }

@@ -117,7 +117,7 @@ TEST_F(OperatorMachineTest, EmergencyStopIsLatchedUntilResetAndANewAct) {
   in_.slave_phase = Phase::kEstop;
   EXPECT_EQ(Run(), kEstop);
   in_.state_age = 5;
-  EXPECT_EQ(Run(1000), kEstop) << "silence does not unlatch";
+  EXPECT_EQ(Run(1000), kDisconnected) << "not known without a state";
   in_.state_age = 0.001;
   in_.slave_phase = Phase::kReady;
   EXPECT_EQ(Run(100), kReady) << "still pressed since before the stop";
@@ -125,6 +125,31 @@ TEST_F(OperatorMachineTest, EmergencyStopIsLatchedUntilResetAndANewAct) {
   Run();
   in_.engaged = true;
   EXPECT_EQ(Run(), kAligning);
+}
+
+TEST_F(OperatorMachineTest, ARequestedStopIsNoStopUntilAStateSaysSo) {
+  Follow();
+  in_.stop = true;
+  EXPECT_EQ(Run(), kStopRequested);
+  in_.state_age = 5;
+  EXPECT_EQ(Run(1000), kStopRequested) << "the link is cut";
+  in_.state_age = 0.001;
+  in_.stop = false;
+  in_.slave_phase = Phase::kEstop;
+  EXPECT_EQ(Run(), kEstop);
+}
+
+TEST_F(OperatorMachineTest, AnObserverShowsTheStopOfTheSlaveAndItsEnd) {
+  in_.observed = true;
+  in_.state_age = 0.02;
+  in_.force_known = true;
+  EXPECT_EQ(Run(), kDisconnected);
+  in_.slave_phase = Phase::kEstop;
+  EXPECT_EQ(Run(), kEstop);
+  in_.slave_phase = Phase::kFollowing;
+  EXPECT_EQ(Run(), kDisconnected) << "another operator works on";
+  in_.engaged = true;
+  EXPECT_EQ(Run(100), kDisconnected);
 }
 
 }  // namespace

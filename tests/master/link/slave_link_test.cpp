@@ -65,7 +65,7 @@ class Loop {
 // A link that has begun.
 struct StartedLink : SlaveLink {
   StartedLink(const Options& options, Loop& loop) : SlaveLink(options) {
-    Start(&loop.states, &loop.commands, &loop.settings);
+    Start(&loop.states, &loop.commands, &loop.settings, true);
   }
 };
 
@@ -154,7 +154,7 @@ TEST_F(SlaveLinkTest, WhoWaitsForTheLeaseReceivesTheStatesMeanwhile) {
   EXPECT_FALSE(second.stats().connected);
   // The second may ask before the name of the first has arrived.
   EXPECT_TRUE(other.Until([&] { return second.stats().trouble.find("Ada") != std::string::npos; }));
-  EXPECT_EQ(other.states.Take(), nullptr) << "the loop renders no force of another operator";
+  EXPECT_TRUE(other.newest.observed) << "the loop renders no force of another operator";
   first.reset();
   ASSERT_TRUE(other.Until([&] { return second.stats().connected; }));
 }
@@ -288,8 +288,7 @@ class ScriptedPeer final : public v1::Teleoperation::Service {
     while (accepts && !context->IsCancelled()) {
       Fill(state.sequence() + 1, &state);
       alter_(&state);
-      state.clear_events();
-      if (has_stopped.exchange(false)) state.add_events(v1::EVENT_ESTOP);
+      state.set_stops(stops);
       stream->Write(state);
       std::this_thread::sleep_for(std::chrono::milliseconds(2));
     }
@@ -301,6 +300,8 @@ class ScriptedPeer final : public v1::Teleoperation::Service {
     while (!ends && !context->IsCancelled()) {
       Fill(state.sequence() + 1, &state);
       state.set_settings_revision(revision);
+      state.set_stops(stops);
+      state.set_phase(is_stopped ? v1::PHASE_ESTOP : v1::PHASE_OBSERVING);
       stream->Write(state);
       ++watched;
       std::this_thread::sleep_for(std::chrono::milliseconds(2));
@@ -322,19 +323,10 @@ class ScriptedPeer final : public v1::Teleoperation::Service {
     status->set_stops(stops);
     return grpc::Status::OK;
   }
-  // Answered after another client has stopped and the master has read the number of that stop.
-  grpc::Status Stop(grpc::ServerContext*, const v1::StopRequest*, v1::Status* status) override {
-    status->set_stops(++stops);
-    ++stops;
-    has_stopped = true;
-    while (delays_answer()) std::this_thread::sleep_for(std::chrono::milliseconds(1));
-    return grpc::Status::OK;
-  }
 
   std::string address;
   std::atomic<std::uint64_t> stops{7};
-  std::atomic<bool> has_stopped{false};  // to be reported by a state
-  std::function<bool()> delays_answer = [] { return false; };
+  std::atomic<bool> is_stopped{false};  // as observers see it
   std::atomic<bool> accepts{true}, has_arm{true}, ends{false};
   std::atomic<std::uint32_t> revision{0};
   std::atomic<int> opened{0}, watched{0};  // streams of Operate, and states of WatchState
@@ -372,7 +364,7 @@ TEST_F(DatagramLinkTest, WithoutDatagramsTheStreamContinuesAndThisIsReported) {
     Pair& pair = *pairs.emplace_back(std::make_unique<Pair>(offer));
     pair.link = std::make_unique<SlaveLink>(WithDatagrams(pair.slave.address));
     pair.link->Connect();
-    pair.link->Start(&pair.loop.states, &pair.loop.commands, &pair.loop.settings);
+    pair.link->Start(&pair.loop.states, &pair.loop.commands, &pair.loop.settings, true);
   }
   for (const auto& pair : pairs) {
     const SlaveLink& link = *pair->link;
@@ -434,7 +426,7 @@ TEST_F(SlaveLinkTest, WhoMayNotOperateGetsTheReason) {
   slave.accepts = false;
   SlaveLink link(To(slave.address));
   EXPECT_FALSE(link.denied());
-  link.Start(&loop_.states, &loop_.commands, &loop_.settings);
+  link.Start(&loop_.states, &loop_.commands, &loop_.settings, true);
   ASSERT_TRUE(loop_.Until([&] { return link.denied(); }));
   EXPECT_THAT(link.stats().trouble, HasSubstr("role 'sensor' may not call"));
   slave.accepts = true;
@@ -478,32 +470,34 @@ TEST_F(SlaveLinkTest, WhereNobodyCanOperateTheLeaseIsRequestedOnce) {
 TEST_F(SlaveLinkTest, AResetClearsNoStopThatTheOperatorDidNotKnow) {
   StartedLink link(To(server_->address()), loop_);
   ASSERT_TRUE(loop_.Until([&] { return link.stats().connected; }));
+  const auto known_stops = [&] { return link.state().message->stops(); };
   slave_.EmergencyStop("first");
-  ASSERT_TRUE(loop_.Until([&] { return link.calls().known_stops() == slave_.Status().stops; }));
-  const std::uint64_t known = link.calls().known_stops();
+  ASSERT_TRUE(loop_.Until([&] { return known_stops() == slave_.Status().stops; }));
+  const std::uint64_t known = known_stops();
   slave_.EmergencyStop("second");
   EXPECT_THAT(link.calls().Reset(known), HasSubstr("newer stop"));
   EXPECT_EQ(slave_.Status().phase, Phase::kEstop);
-  ASSERT_TRUE(loop_.Until([&] { return link.calls().known_stops() == slave_.Status().stops; }));
-  EXPECT_EQ(link.calls().Reset(link.calls().known_stops()), "");
+  ASSERT_TRUE(loop_.Until([&] { return known_stops() == slave_.Status().stops; }));
+  EXPECT_EQ(link.calls().Reset(known_stops()), "");
   EXPECT_NE(slave_.Status().phase, Phase::kEstop);
 }
 
-// There are two stops: the answer to the first arrives after the number of the second is known. The
-// operator's reset is for the second.
-TEST_F(SlaveLinkTest, TheAnswerToAnEarlierStopIsNotTakenForTheNewestStop) {
+// A master that observes: its loop sees stop and reset in the states that it gets.
+TEST_F(SlaveLinkTest, AnObserversLoopGetsTheStopAndItsEnd) {
   ScriptedPeer slave([](v1::SlaveState*) {});
+  slave.has_arm = false;
   StartedLink link(To(slave.address), loop_);
-  ASSERT_TRUE(
-      loop_.Until([&] { return link.stats().connected && link.calls().known_stops() == 7; }));
-  slave.delays_answer = [&] { return link.calls().known_stops() != 9; };
-  std::atomic<bool> is_answered{false};
-  const std::jthread stops([&] {
-    EXPECT_TRUE(link.calls().EmergencyStop("by the operator"));
-    is_answered = true;
-  });
-  ASSERT_TRUE(loop_.Until([&] { return is_answered.load(); }));
-  EXPECT_EQ(link.calls().known_stops(), 9U);
+  const auto sees = [&](Phase phase) {
+    return loop_.Until([&] {
+      const SlaveState& state = loop_.newest.state;
+      return loop_.newest.observed && state.phase == phase && state.stops == slave.stops;
+    });
+  };
+  slave.is_stopped = true;
+  ++slave.stops;
+  EXPECT_TRUE(sees(Phase::kEstop));
+  slave.is_stopped = false;
+  EXPECT_TRUE(loop_.Until([&] { return loop_.newest.state.phase != Phase::kEstop; }));
 }
 
 TEST_F(SlaveLinkTest, StatesThatCannotBeAreCountedReportedAndNeverHandedOn) {

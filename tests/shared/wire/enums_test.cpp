@@ -25,7 +25,6 @@ TEST(EnumsTest, EveryEventKeepsItsName) {
   EXPECT_EQ(v1::Event_Name(ToProto(Event::kTrackingRegained)), "EVENT_TRACKING_REGAINED");
   EXPECT_EQ(v1::Event_Name(ToProto(Event::kLimit)), "EVENT_LIMIT");
   EXPECT_EQ(v1::Event_Name(ToProto(Event::kHold)), "EVENT_HOLD");
-  EXPECT_EQ(v1::Event_Name(ToProto(Event::kEstop)), "EVENT_ESTOP");
   EXPECT_EQ(v1::Event_Name(ToProto(Event::kModelChanged)), "EVENT_MODEL_CHANGED");
   EXPECT_EQ(v1::Event_Name(ToProto(Event::kCommandRefused)), "EVENT_COMMAND_REFUSED");
 }

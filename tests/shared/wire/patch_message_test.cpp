@@ -143,6 +143,11 @@ INSTANTIATE_TEST_SUITE_P(
                     Harm{"directions", [](M* m) { m->set_directions(2); }},
                     Harm{"compliance", [](M* m) { m->set_compliance(0, kFloatNan); }},
                     Harm{"compliance", [](M* m) { m->add_compliance(0); }},
+                    Harm{"compliance", [](M* m) { m->set_compliance(0, -1e-3F); }},
+                    Harm{"compliance",
+                         [](M* m) {
+                           for (float& value : *m->mutable_compliance()) value = 0;
+                         }},
                     Harm{"tools", [](M* m) { m->add_tools(); }},
                     Harm{"tools.radius", [](M* m) { m->mutable_tools(0)->set_radius(-1); }},
                     Harm{"full_depth", [](M* m) { m->set_full_depth(0); }},

@@ -35,6 +35,7 @@ SlaveState FullState() {
   state.offset = {0.5, 0.25, -0.125};
   state.phase = Phase::kFollowing;
   state.settings_revision = 5;
+  state.stops = 1'700'000'000'123;
   state.true_force = Eigen::Vector3d(-1, 2, 3);
   state.moment = Eigen::Vector3d(0.5, -0.25, 2);
   state.moment_sigma = 0.0625;
@@ -88,6 +89,7 @@ const char* const kFullStateText = R"(
   offset { x: 0.5 y: 0.25 z: -0.125 }
   phase: PHASE_FOLLOWING
   settings_revision: 5
+  stops: 1700000000123
   true_force { x: -1 y: 2 z: 3 }
   moment { x: 0.5 y: -0.25 z: 2 }
   moment_sigma: 0.0625

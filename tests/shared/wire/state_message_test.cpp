@@ -101,6 +101,7 @@ SlaveState LargestPlanarState() {
   state.epoch = state.local_model.revision = (1U << 28) - 1;
   state.check = FailedCheck::kTransfer;
   state.settings_revision = 100;
+  state.stops = 1'800'000'000'000;  // milliseconds since 1970
   return state;
 }
 

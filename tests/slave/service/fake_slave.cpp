@@ -146,7 +146,7 @@ SlaveStatus FakeSlave::Status() const {
   const std::scoped_lock lock(mutex_);
   SlaveStatus status;
   status.phase = state_.phase;
-  status.stops = stops_;
+  status.stops = state_.stops;
   status.validity = state_.validity;
   status.commands = came_;
   status.commands_refused = refused_;
@@ -181,15 +181,14 @@ void FakeSlave::SetParameters(const ParameterChange& change, Progress* /*progres
 
 void FakeSlave::Reset(std::uint64_t stops) {
   const std::scoped_lock lock(mutex_);
-  if (state_.phase == Phase::kEstop && stops != stops_) throw std::logic_error("newer stop");
+  if (state_.phase == Phase::kEstop && stops != state_.stops) throw std::logic_error("newer stop");
   state_.phase = Phase::kReady;
 }
 
 void FakeSlave::StopTool() noexcept {
   const std::scoped_lock lock(mutex_);
   state_.phase = Phase::kEstop;
-  ++stops_;
-  estimate_.Add(Event::kEstop);
+  ++state_.stops;
 }
 
 void FakeSlave::RecordStop(const std::string& reason) {

@@ -109,7 +109,7 @@ class FakeSlave : public Slave {
   std::vector<OperatorCommand> commands_;
   ParameterChange parameters_;
   std::string stop_reason_;
-  std::uint64_t came_ = 0, refused_ = 0, stops_ = 1;
+  std::uint64_t came_ = 0, refused_ = 0;
   int begins_ = 0, ends_ = 0, shapes_ = 0, images_ = 0;
   std::optional<Tactile> tactile_;
   std::unique_ptr<TactileInbox> inbox_;

@@ -63,7 +63,8 @@ TEST_F(OperateTest, AnEmergencyStopIsReportedToTheOperatorAndItsReasonShortened)
   ASSERT_TRUE(Connect()->Stop(&context, request, &reply).ok());
   EXPECT_EQ(reply.phase(), v1::PHASE_ESTOP);
   EXPECT_EQ(slave_.stop_reason(), std::string(200, 'r'));
-  EXPECT_TRUE(ada.ReadUntil([](const auto& s) { return HasEvent(s, v1::EVENT_ESTOP); }));
+  EXPECT_TRUE(ada.ReadUntil(
+      [&](const auto& s) { return s.phase() == v1::PHASE_ESTOP && s.stops() == reply.stops(); }));
 }
 
 TEST_F(OperateTest, AStopInACommandActsWhateverTheRestContains) {

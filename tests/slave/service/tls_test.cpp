@@ -142,7 +142,7 @@ TEST_F(TlsTest, TheOperatorsStreamOutlivesNoCertificateOfTheSlave) {
   LatestValue<OperatorCommand> commands;
   LatestValue<RemoteSettings> settings;
   SlaveLink link(options);
-  link.Start(&states, &commands, &settings);
+  link.Start(&states, &commands, &settings, true);
   ASSERT_TRUE(Eventually([&] { return link.stats().connected; }));
   EXPECT_TRUE(Eventually([&] {
     return link.stats().trouble.find("the slave's certificate is no longer valid") !=

@@ -93,14 +93,14 @@ std::string Causes(const ForceComparison& card) {
 
 std::string ToText(const ForceComparison& card) {
   std::string text;
-  for (const Line& line : card.lines) {
+  for (const ComparisonLine& line : card.lines) {
     text += line.key + ": " + std::string(ToString(line.finding)) + " " + line.value + " (" +
             line.remark + ")\n";
   }
   return text + Causes(card);
 }
 
-Finding FindingOf(const ForceComparison& card, const char* key) {
+Judgement FindingOf(const ForceComparison& card, const char* key) {
   return card.line(key).finding;
 }
 
@@ -148,10 +148,10 @@ TEST_P(KnownFaultTest, IsFoundWithItsCauseAndNothingElse) {
   for (const Sensor sensor : known.sensors) {
     for (unsigned seed = 1; seed <= 8; ++seed) {
       const ForceComparison card = CardOf(sensor, seed, known.fault);
-      EXPECT_EQ(FindingOf(card, known.wrong), Finding::kWrong) << ToText(card);
+      EXPECT_EQ(FindingOf(card, known.wrong), Judgement::kWrong) << ToText(card);
       std::istringstream right(known.right);
       for (std::string key; right >> key;) {
-        EXPECT_EQ(FindingOf(card, key.c_str()), Finding::kRight) << key << "\n" << ToText(card);
+        EXPECT_EQ(FindingOf(card, key.c_str()), Judgement::kRight) << key << "\n" << ToText(card);
       }
       EXPECT_THAT(Causes(card), HasSubstr(known.cause));
       if (known.fault.position_scale != 1) {  // the force follows the depth, so that it is scaled
@@ -187,8 +187,8 @@ TEST(CompareForcesTest, ASigmaThatIsTooSmallIsFound) {
   for (const Sensor sensor : kEvery) {
     for (unsigned seed = 1; seed <= 4; ++seed) {
       const ForceComparison card = CardOf(sensor, seed, {.sigma_scale = 0.2});
-      EXPECT_EQ(FindingOf(card, "sigma"), Finding::kWrong) << ToText(card);
-      EXPECT_EQ(FindingOf(card, "magnitude"), Finding::kRight);
+      EXPECT_EQ(FindingOf(card, "sigma"), Judgement::kWrong) << ToText(card);
+      EXPECT_EQ(FindingOf(card, "magnitude"), Judgement::kRight);
       EXPECT_THAT(Causes(card), HasSubstr("Only sigma is wrong"));
     }
   }
@@ -219,15 +219,15 @@ TEST(CompareForcesTest, RandomPermutationsSignsAndGainsAreNamed) {
     EXPECT_EQ(card.map.relation.axis, axis) << ToText(card) << map;
     EXPECT_EQ(card.map.relation.sign, sign) << ToText(card) << map;
     const bool is_flipped = std::accumulate(sign.begin(), sign.end(), 0) < 3;
-    EXPECT_EQ(FindingOf(card, "sign") == Finding::kWrong, is_flipped) << ToText(card) << map;
-    EXPECT_EQ(FindingOf(card, "frame") == Finding::kWrong, card.map.relation.is_permuted());
+    EXPECT_EQ(FindingOf(card, "sign") == Judgement::kWrong, is_flipped) << ToText(card) << map;
+    EXPECT_EQ(FindingOf(card, "frame") == Judgement::kWrong, card.map.relation.is_permuted());
     for (int j = 0; j < 3; ++j) {
       const auto& of_axis = card.map.axis_gain[static_cast<std::size_t>(j)];
       ASSERT_TRUE(of_axis);
       EXPECT_NEAR(of_axis->forth.value, gain(j), 0.08 * gain(j)) << map;
     }
     const bool is_scaled = (gain.array() != 1).any();
-    EXPECT_EQ(FindingOf(card, "magnitude") == Finding::kWrong, is_scaled) << ToText(card) << map;
+    EXPECT_EQ(FindingOf(card, "magnitude") == Judgement::kWrong, is_scaled) << ToText(card) << map;
   }
 }
 
@@ -238,17 +238,17 @@ TEST(CompareForcesTest, ARotatedFrameIsFoundWithItsAngle) {
     const Vector3d about = Vector3d(normal(random), normal(random), normal(random)).normalized();
     const Matrix3d turn = Eigen::AngleAxisd(0.35, about).matrix();
     const ForceComparison card = CardOf(Sensor::kFingertips, seed, {.map = turn});
-    EXPECT_EQ(FindingOf(card, "frame"), Finding::kWrong) << ToText(card);
-    EXPECT_EQ(FindingOf(card, "magnitude"), Finding::kRight) << ToText(card);
-    EXPECT_EQ(FindingOf(card, "sign"), Finding::kRight) << ToText(card);
+    EXPECT_EQ(FindingOf(card, "frame"), Judgement::kWrong) << ToText(card);
+    EXPECT_EQ(FindingOf(card, "magnitude"), Judgement::kRight) << ToText(card);
+    EXPECT_EQ(FindingOf(card, "sign"), Judgement::kRight) << ToText(card);
     EXPECT_NEAR(card.map.turn.value, 0.35, 0.05);
   }
 }
 
 TEST(CompareForcesTest, AForceWithoutALoadIsFoundAndDoesNotCountAsAScale) {
   const ForceComparison card = CardOf(Sensor::kFingertips, 1, {.offset = {0.4, 0, 0.3}});
-  EXPECT_EQ(FindingOf(card, "zero"), Finding::kWrong);
-  EXPECT_EQ(FindingOf(card, "magnitude"), Finding::kRight) << ToText(card);
+  EXPECT_EQ(FindingOf(card, "zero"), Judgement::kWrong);
+  EXPECT_EQ(FindingOf(card, "magnitude"), Judgement::kRight) << ToText(card);
   EXPECT_THAT(Causes(card), HasSubstr("without a load"));
 }
 
@@ -257,7 +257,7 @@ TEST(CompareForcesTest, ADeadSensorIsFound) {
     auto session = Session(sensor, 1, {});
     for (auto& one : session) one.estimated.setZero();
     const ForceComparison card = CompareForces(session, SourceOf(sensor));
-    EXPECT_EQ(FindingOf(card, "magnitude"), Finding::kWrong) << ToText(card);
+    EXPECT_EQ(FindingOf(card, "magnitude"), Judgement::kWrong) << ToText(card);
     EXPECT_THAT(Causes(card), HasSubstr("No force is reported under load"));
   }
 }
@@ -266,7 +266,7 @@ TEST(CompareForcesTest, FewLoadsDecideNothing) {
   auto session = Session(Sensor::kFingertips, 1, {});
   std::erase_if(session, [](const ForceRow& one) { return one.hold > 3; });
   const ForceComparison card = CompareForces(session, SourceOf(Sensor::kFingertips));
-  EXPECT_EQ(FindingOf(card, "magnitude"), Finding::kOpen) << ToText(card);
+  EXPECT_EQ(FindingOf(card, "magnitude"), Judgement::kOpen) << ToText(card);
   EXPECT_FALSE(card.passes());
 }
 
@@ -277,7 +277,7 @@ TEST(CompareForcesTest, UnknownForcesAreLeftOut) {
   EXPECT_TRUE(CompareForces(session, SourceOf(Sensor::kCamera)).passes());
   for (auto& one : session) one.estimated = kUnknownVector3;
   const ForceComparison card = CompareForces(session, SourceOf(Sensor::kCamera));
-  EXPECT_EQ(FindingOf(card, "magnitude"), Finding::kUntested);
+  EXPECT_EQ(FindingOf(card, "magnitude"), Judgement::kUntested);
   EXPECT_FALSE(card.passes());
 }
 
@@ -291,8 +291,8 @@ TEST(CompareForcesTest, AModulusInTheWrongPowerOfTenIsNamed) {
         const ForceComparison card = CompareForces(session, SourceOf(sensor));
         EXPECT_FALSE(card.passes());
         EXPECT_THAT(Causes(card), HasSubstr("wrong power of ten")) << ToText(card);
-        const bool is_unit = FindingOf(card, "unit") == Finding::kWrong;
-        const bool is_scaled = FindingOf(card, "magnitude") == Finding::kWrong;
+        const bool is_unit = FindingOf(card, "unit") == Judgement::kWrong;
+        const bool is_scaled = FindingOf(card, "magnitude") == Judgement::kWrong;
         EXPECT_NE(is_unit, is_scaled) << ToText(card);
         EXPECT_NEAR(card.map.gain.forth.value * card.unit, factor, 0.1 * factor);
       }
@@ -305,8 +305,8 @@ TEST(CompareForcesTest, AUnitIsNamedOnlyIfTheIntervalHasIt) {
   for (unsigned seed = 1; seed <= 8; ++seed) {
     const auto session = Session(Sensor::kPlate, seed, MappedForces(10.4 * kOne));
     const ForceComparison card = CompareForces(session);
-    EXPECT_NE(FindingOf(card, "unit"), Finding::kWrong) << ToText(card);
-    EXPECT_EQ(FindingOf(card, "magnitude"), Finding::kWrong) << ToText(card);
+    EXPECT_NE(FindingOf(card, "unit"), Judgement::kWrong) << ToText(card);
+    EXPECT_EQ(FindingOf(card, "magnitude"), Judgement::kWrong) << ToText(card);
     EXPECT_THAT(Causes(card), Not(HasSubstr("kgf")));
   }
 }

@@ -75,15 +75,15 @@ std::vector<ForceRow> Record(
 
 std::string WrongOf(const ForceComparison& comparison) {
   std::string wrong;
-  for (const Line& line : comparison.lines) {
-    if (line.finding == Finding::kWrong) wrong += (wrong.empty() ? "" : " ") + line.key;
+  for (const ComparisonLine& line : comparison.lines) {
+    if (line.finding == Judgement::kWrong) wrong += (wrong.empty() ? "" : " ") + line.key;
   }
   return wrong;
 }
 
 std::string TextOf(const ForceComparison& comparison) {
   std::string text;
-  for (const Line& line : comparison.lines) {
+  for (const ComparisonLine& line : comparison.lines) {
     text += line.key + ": " + std::string(ToString(line.finding)) + " " + line.value + " (" +
             line.remark + ")\n";
   }
@@ -241,7 +241,7 @@ TEST_P(CorruptionTest, IsNamedAlone) {
     std::set<std::string> permitted{corruption.wrong, "sigma"};
     std::istringstream more(corruption.permitted);
     for (std::string key; more >> key;) permitted.insert(key);
-    EXPECT_EQ(comparison.line(corruption.wrong).finding, Finding::kWrong) << TextOf(comparison);
+    EXPECT_EQ(comparison.line(corruption.wrong).finding, Judgement::kWrong) << TextOf(comparison);
     std::istringstream wrong(WrongOf(comparison));
     for (std::string key; wrong >> key;) {
       EXPECT_TRUE(permitted.contains(key)) << seed << " " << key << "\n" << TextOf(comparison);

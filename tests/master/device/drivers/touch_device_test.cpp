@@ -38,14 +38,14 @@ TEST_F(TouchDeviceTest, CalibratesInItsInkwellAndHasNoForceBefore) {
   bench_.Open();
   bench_.fake.press(0, 1, 0);
   Step(300);
-  EXPECT_EQ(status().calibration, Calibration::kManual);
+  EXPECT_EQ(status().calibration, CalibrationState::kManual);
   EXPECT_EQ(status().fault, DeviceFault::kNotCalibrated);
   double f[3];
   EXPECT_EQ(bench_.fake.last_force(f), 0) << "the motors are off";
   EXPECT_NE(bench_.rig.state(), OperatorState::kFollowing);
   bench_.fake.set_option("parked", "1");
   Step(5);
-  EXPECT_EQ(status().calibration, Calibration::kCalibrated);
+  EXPECT_EQ(status().calibration, CalibrationState::kCalibrated);
   Step(50);
   EXPECT_NE(bench_.rig.state(), OperatorState::kFollowing) << "the button was never released";
   bench_.fake.press(0, 0, 0);
@@ -62,10 +62,10 @@ TEST_F(TouchDeviceTest, AnEncoderResetWaitsForTheSecondButton) {
   bench_.fake.set_option("style", "1");
   bench_.Open();
   Step(100);
-  EXPECT_EQ(status().calibration, Calibration::kManual);
+  EXPECT_EQ(status().calibration, CalibrationState::kManual);
   bench_.fake.press(1, 1, 0);
   Step(5);
-  EXPECT_EQ(status().calibration, Calibration::kCalibrated);
+  EXPECT_EQ(status().calibration, CalibrationState::kCalibrated);
 }
 
 TEST_F(TouchDeviceTest, WarmMotorsEndTheForce) {
