@@ -154,7 +154,8 @@ TEST_F(SlaveLinkTest, WhoWaitsForTheLeaseReceivesTheStatesMeanwhile) {
   EXPECT_FALSE(second.stats().connected);
   // The second may ask before the name of the first has arrived.
   EXPECT_TRUE(other.Until([&] { return second.stats().trouble.find("Ada") != std::string::npos; }));
-  EXPECT_TRUE(other.newest.observed) << "the loop renders no force of another operator";
+  EXPECT_TRUE(other.Until([&] { return other.newest.observed; }))
+      << "the loop renders no force of another operator";
   first.reset();
   ASSERT_TRUE(other.Until([&] { return second.stats().connected; }));
 }
