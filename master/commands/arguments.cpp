@@ -177,8 +177,7 @@ void Declare(CLI::App* app, Arguments* a, DoctorArguments* doctor) {
   Add(connect, "--device", &a->device, "DEVICE",
       "sim-hand, playback:FILE.csv (time_s,x,y,z), pointer (mouse, keys or gamepad on the page of "
       "--view), or touch, dhd, haply, spacemouse or gamepad[:option]; see devices. Default: "
-      "sim-hand "
-      "if the slave is simulated, else none, and the master observes");
+      "sim-hand if the slave is simulated, else none, and the master observes");
   connect
       ->add_option("--render", a->render,
                    "Force between two states: local model, interpolation, or newest force")

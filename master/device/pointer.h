@@ -39,7 +39,7 @@ class Pointer final : public HapticDevice {
   // The tool holds after kHoldAfter, whether the operator is disengaged or not. So the limit only
   // decides whether the tool continues without a new engagement when the page sends again. A person
   // whose act has no effect for more than a second turns to something else (Nielsen, Usability
-  // Engineering, 1993, chapter 5.5), and the pressed button may no longer be meant. That bounds
+  // Engineering, 1993), and the pressed button may no longer be meant. That bounds
   // the limit, whatever a page reports.
   [[nodiscard]] static double MaxSilence(double gap) noexcept {
     constexpr double kMargin = 2;

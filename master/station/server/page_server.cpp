@@ -143,6 +143,8 @@ struct PageServer::Parts {
   // Closes the connection that has been silent for longest, of the address with most of them.
   // False: none is silent.
   bool MakeRoom();
+  // Removes from `waiting` who has asked or left.
+  void ForgetAnswered();
   void Read(const std::shared_ptr<Caller>& caller);
   // Rejection of a request that acts on the slave, with its HTTP status; empty: accepted.
   [[nodiscard]] std::pair<http::status, std::string> Refusal(const PageRequest& request) const;
@@ -197,6 +199,7 @@ void PageServer::Parts::Accept() {
 void PageServer::Parts::Serve(tcp::socket&& socket) {
   RenewCertificate(&access);
   const auto caller = std::make_shared<Caller>(std::move(socket), access.tls, &callers, &arriving);
+  ForgetAnswered();
   waiting.push_back(caller);
   caller->stream.tcp().expires_after(kAskWithin);
   caller->stream.Greet([this, caller](error_code error) {
@@ -204,11 +207,15 @@ void PageServer::Parts::Serve(tcp::socket&& socket) {
   });
 }
 
-bool PageServer::Parts::MakeRoom() {
+void PageServer::Parts::ForgetAnswered() {
   waiting.remove_if([](const std::weak_ptr<Caller>& one) {
     const auto caller = one.lock();
     return !caller || caller->asks;
   });
+}
+
+bool PageServer::Parts::MakeRoom() {
+  ForgetAnswered();
   std::map<asio::ip::address, std::size_t> counts;
   for (const auto& one : waiting) {
     if (const auto caller = one.lock()) ++counts[caller->address];
