@@ -113,18 +113,23 @@ class ConvertTest(unittest.TestCase):
         self.assertIn("state.pt: cannot be loaded", printed)
         self.assertFalse(touched.exists())
 
-    def test_a_network_of_another_sensor_is_converted_with_its_channels_and_unit(self):
+    def test_a_network_of_another_sensor_has_what_the_training_found_of_its_channels(self):
         linear = torch.nn.Linear
         module = torch.nn.Sequential(linear(15, 32), torch.nn.ReLU(), linear(32, 3))
-        self.assertIn("--channels 15 --unit U", self.refusal(module))
-        self.assertIn("--channels 16: the network takes 15 inputs",
-                      self.refusal(module, "--channels", "16", "--unit", "uT", "--noise", "1", "--sigma", "1", "1", "1"))
-        self.assertIn("--noise", self.refusal(module, "--channels", "15", "--unit", "uT"))
-        code, network, printed = self.convert(self.saved(module), "--channels", "15", "--unit", "uT", "--noise", "0.5", "--sigma", "0.1",
-                                              "0.1", "0.2")
+        self.assertIn("--sensor DIR", self.refusal(module))
+        trained = {"inputs": 15, "unit": "uT", "noise": 0.5, "drift": 0.01, "channels": {"expectation": [[0.0] * 15] * 15}}
+        for inputs, left_out, sigma, words in ((16, "", (1, 1, 1), "takes 15 inputs, and the sensor has 16 channels"),
+                                               (15, "channels", (1, 1, 1), "channels is missing: expected a network of palpate.train"),
+                                               (15, "", (0, 0, 0), "expected --sigma X Y Z")):
+            network = {key: value for key, value in {**trained, "inputs": inputs}.items() if key != left_out}
+            (self.folder / "network.json").write_text(json.dumps(network))
+            self.assertIn(words, self.refusal(module, "--sensor", self.folder, "--sigma", *sigma))
+        (self.folder / "network.json").write_text(json.dumps(trained))
+        code, network, printed = self.convert(self.saved(module), "--sensor", self.folder, "--sigma", "0.1", "0.1", "0.2")
         self.assertEqual(code, 0, printed)
-        self.assertEqual((network["architecture"], network["unit"], network["noise"], network["sigma"]),
-                         ("dnn_15", "uT", 0.5, [0.1, 0.1, 0.2]))
+        self.assertEqual((network["architecture"], network["sigma"]), ("dnn_15", [0.1, 0.1, 0.2]))
+        self.assertEqual({key: network[key] for key in ("unit", "noise", "drift", "channels")},
+                         {key: trained[key] for key in ("unit", "noise", "drift", "channels")})
 
     def test_files_of_other_programs_are_named(self):
         for name, content, expected in (("net.onnx", b"\x08\x07\x12\x07pytorch", "an ONNX network: convert the PyTorch module"),

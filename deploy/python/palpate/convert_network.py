@@ -17,7 +17,7 @@ import torch
 
 from palpate.formats import what_is
 from palpate.training.networks import FORGET_BIAS, NETWORK_FILE, single_precision, write_document
-from palpate.training.recordings import MAX_CHANNELS, RATE, WINDOW, Array, InputError
+from palpate.training.recordings import RATE, WINDOW, Array, InputError
 
 TENSORS_FILE = "tensors.json"
 INPUTS = (21, 19)
@@ -28,6 +28,7 @@ AUTHORS_FORCE = 1.0  # largest force that paper B's authors trained on, IV.A [N]
 ACTIVATIONS: dict[type, str] = {torch.nn.Tanh: "tanh", torch.nn.ReLU: "relu", torch.nn.Sigmoid: "sigmoid", torch.nn.ELU: "elu",
                                 torch.nn.LeakyReLU: "leaky_relu", torch.nn.Identity: "identity"}
 PASSED_OVER = (torch.nn.Dropout, torch.nn.Flatten)
+SENSOR_KEYS = ("unit", "noise", "drift", "longest_constant", "channels")  # of network.json, independent of the layers
 FUNCTIONS: dict[str, Callable[[Array], Any]] = {"tanh": np.tanh, "relu": lambda y: np.maximum(y, 0), "sigmoid": lambda y: sigmoid(y),
              "elu": lambda y: np.where(y > 0, y, np.expm1(np.minimum(y, 0))), "leaky_relu": lambda y: np.where(y > 0, y, 0.01 * y),
              "identity": lambda y: y}
@@ -39,8 +40,9 @@ EPILOG = """SOURCE is one of
   FOLDER              with tensors.json, the layout of the weights of paper B's authors
 The module gets [1, window, n] (recurrent) or [1, n] counts minus baseline, scaled by --input-mean and --input-scale, with
 n = 21 (E1 to E19, pac0, pdc) or 19. Its outputs begin with the force of the fingertip on the object, frame F [N].
-With --channels N --unit U it is the network of another sensor, of N channels in this unit minus their baseline. Such a network
-needs --sigma and --noise, which its slave uses: the errors of its forces, and the rms of a channel at rest.
+With --sensor DIR it is the network of another sensor, of its channels minus their baseline. DIR is a network that
+`palpate.train --unit` made of recordings of this sensor: unit, noise, drift and behaviour of the channels, which the slave's checks
+need, are taken from it. --sigma states the errors of the forces.
 Accepted are LSTM layers, followed by linear layers with activations: tanh, relu, sigmoid, elu, leaky_relu.
 Activations that are functions of its forward pass are given by --activation. Before network.json is written, its forces are
 compared with those of PyTorch in 20 random windows.
@@ -48,7 +50,7 @@ compared with those of PyTorch in 20 random windows.
 Examples:
   python3 -m palpate.convert_network finger.pt --window 50 --out build/finger
   python3 -m palpate.convert_network my_network:Finger --state weights.pt --input-scale 100 --out build/finger
-  python3 -m palpate.convert_network skin.pt --channels 15 --unit uT --noise 0.5 --sigma 0.1 0.1 0.2 --out build/skin
+  python3 -m palpate.convert_network skin.pt --sensor build/trained --sigma 0.1 0.1 0.2 --out build/skin
 """
 
 
@@ -106,9 +108,9 @@ def leaves(module: torch.nn.Module, name: str = "") -> Iterator[tuple[str, torch
         yield from leaves(part, f"{name}.{child}" if name else child)
 
 
-def layers_of(module: torch.nn.Module, activation: str, channels: int = 0) -> Layers:
-    """`activation`: between linear layers without a module for it. `channels`: of another sensor; 0: electrodes. Raises InputError
-    naming the layer."""
+def layers_of(module: torch.nn.Module, activation: str, sensor: dict[str, Any] | None = None) -> Layers:
+    """`activation`: between linear layers without a module for it. `sensor`: a network of another sensor; None: electrodes. Raises
+    InputError naming the layer."""
     layers = Layers()
     width, before = 0, ""  # width of the last layer's output, and its name
     for name, part in leaves(module):
@@ -139,11 +141,11 @@ def layers_of(module: torch.nn.Module, activation: str, channels: int = 0) -> La
         raise InputError("the module has no linear layer that gives the force")
     if len(layers.activations) == len(layers.dense):
         raise InputError("the module ends with an activation: expected a linear layer that gives the force")
-    if channels == 0 and layers.inputs not in INPUTS:
+    if sensor is None and layers.inputs not in INPUTS:
         raise InputError(f"the network takes {layers.inputs} inputs: a fingertip has 21 signals or 19; that of another sensor is "
-                         f"converted with --channels {layers.inputs} --unit U")
-    if channels and layers.inputs != channels:
-        raise InputError(f"--channels {channels}: the network takes {layers.inputs} inputs")
+                         "converted with --sensor DIR")
+    if sensor is not None and layers.inputs != sensor["inputs"]:
+        raise InputError(f"--sensor: the network takes {layers.inputs} inputs, and the sensor has {sensor['inputs']} channels")
     if len(layers.dense[-1][1]) < 3:
         raise InputError(f"the network has {len(layers.dense[-1][1])} outputs: expected 3 or more, the force first")
     return in_single_precision(layers)
@@ -364,7 +366,7 @@ def scaling(text: str, size: int, option: str) -> Array:
     return np.broadcast_to(values, size)
 
 
-def document_of(layers: Layers, options: argparse.Namespace, authors: bool) -> dict[str, Any]:
+def document_of(layers: Layers, options: argparse.Namespace, authors: bool, sensor: dict[str, Any] | None) -> dict[str, Any]:
     inputs, outputs = layers.inputs, len(layers.dense[-1][1])
     scales = {option: scaling(getattr(options, option), inputs if option.startswith("input") else outputs,
                               "--" + option.replace("_", "-"))
@@ -378,7 +380,7 @@ def document_of(layers: Layers, options: argparse.Namespace, authors: bool) -> d
                                    for kernel, bias in layers.dense]
     for layer, activation in zip(dense, layers.activations):
         layer["activation"] = activation
-    of_sensor = {"unit": options.unit, "noise": options.noise} if options.channels else {}
+    of_sensor = {key: sensor[key] for key in SENSOR_KEYS if key in sensor} if sensor else {}
     return {
         "palpate_force_network": 1, "architecture": f"{'rnn' if layers.recurrent else 'dnn'}_{inputs}", "inputs": inputs, **of_sensor,
         "window": options.window if layers.recurrent else 1, "outputs": outputs, "rate": options.rate,
@@ -397,9 +399,7 @@ def parse(arguments: Sequence[str] | None) -> argparse.Namespace:
     parser.add_argument("--out", required=True, type=pathlib.Path, metavar="DIR", help="folder of network.json")
     parser.add_argument("--state", metavar="FILE.pt", help="state_dict of the module")
     parser.add_argument("--trust", action="store_true", help="run the code that FILE.pt names")
-    parser.add_argument("--channels", type=int, default=0, metavar="N", help="channels of a sensor without electrodes")
-    parser.add_argument("--unit", default="", metavar="U", help="of these channels, for example kPa")
-    parser.add_argument("--noise", type=float, default=0.0, metavar="X", help="rms of such a channel at rest, in its unit")
+    parser.add_argument("--sensor", type=pathlib.Path, metavar="DIR", help="network of palpate.train --unit for this sensor, see below")
     parser.add_argument("--window", type=int, default=WINDOW, metavar="N", help="samples of a recurrent network (default: %(default)s)")
     parser.add_argument("--rate", type=float, default=RATE, metavar="HZ", help="samples per second (default: %(default)s)")
     parser.add_argument("--activation", choices=sorted(FUNCTIONS), default="identity",
@@ -413,16 +413,21 @@ def parse(arguments: Sequence[str] | None) -> argparse.Namespace:
     return parser.parse_args(arguments)
 
 
-def require_sensor(options: argparse.Namespace) -> None:
-    """Raises InputError: an incomplete description of a sensor without electrodes."""
-    if not options.channels and not options.unit:
-        return
-    if not 1 <= options.channels <= MAX_CHANNELS or not 1 <= len(options.unit) <= 16:
-        raise InputError(f"--channels {options.channels} --unit {options.unit or '(none)'}: expected 1 to {MAX_CHANNELS} channels and "
-                         "their unit")
-    if not options.noise > 0 or not max(options.sigma) > 0 or min(options.sigma) < 0:
-        raise InputError("--channels N --unit U: expected --noise X, the rms of a channel at rest, and --sigma X Y Z, the errors of the "
-                         "forces, which a slave needs of such a network")
+def read_sensor(options: argparse.Namespace) -> dict[str, Any] | None:
+    """Returns the network of --sensor; None without it. Raises InputError: it does not describe a sensor."""
+    if options.sensor is None:
+        return None
+    file = options.sensor / NETWORK_FILE
+    try:
+        sensor: dict[str, Any] = json.loads(file.read_text(encoding="utf-8"))
+    except (OSError, ValueError) as error:
+        raise InputError(f"{file}: {error}: expected a network of palpate.train --unit") from None
+    missing = [key for key in ("inputs", "unit", "noise", "channels") if key not in sensor]
+    if missing:
+        raise InputError(f"{file}: {missing[0]} is missing: expected a network of palpate.train --unit")
+    if not max(options.sigma) > 0 or min(options.sigma) < 0:
+        raise InputError("--sensor: expected --sigma X Y Z, the errors of the forces, which a slave needs of such a network")
+    return sensor
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -430,10 +435,10 @@ def main(arguments: Sequence[str] | None = None) -> int:
     try:
         if not 1 <= options.window <= MAX_WINDOW:
             raise InputError(f"--window {options.window}: expected 1 to {MAX_WINDOW}")
-        require_sensor(options)
+        sensor = read_sensor(options)
         module = load(options.source, options.state, options.trust)
-        layers = layers_of(module, options.activation, options.channels)
-        document = document_of(layers, options, pathlib.Path(options.source).is_dir())
+        layers = layers_of(module, options.activation, sensor)
+        document = document_of(layers, options, pathlib.Path(options.source).is_dir(), sensor)
         difference = compare(module, layers, options.window)
         options.out.mkdir(parents=True, exist_ok=True)
         write_document(options.out, document)

@@ -240,11 +240,9 @@ NetworkInfo ReadInfo(const json& root) {
   if (root.contains("unit")) {
     info.channels = {info.inputs, ReadText(root, "unit")};
     info.longest_constant = ReadSize(root, "longest_constant");
-    for (const char* key : {"sigma", "noise"}) RequireTrained(root, key);
+    for (const char* key : {"sigma", "noise", "channels"}) RequireTrained(root, key);
     info.drift = ReadSize(root, "drift");
-    if (root.contains("channels")) {
-      info.channel_pattern = ReadChannelPattern(root["channels"], info.inputs);
-    }
+    info.channel_pattern = ReadChannelPattern(root["channels"], info.inputs);
   }
   if (root.contains("noise")) info.noise = ReadNumber(root["noise"], "noise");
   if (root.contains("contact_point")) {

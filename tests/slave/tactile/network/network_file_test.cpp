@@ -3,6 +3,7 @@
 #include <functional>
 #include <limits>
 #include <string>
+#include <vector>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -126,17 +127,24 @@ INSTANTIATE_TEST_SUITE_P(
     [](const auto& flaw) { return std::string(flaw.param.name); });
 
 // Values that only a network for a sensor without electrodes has.
-TEST(NetworkFileTest, ChannelsWithoutTheirErrorsOrNoiseAreRefused) {
+TEST(NetworkFileTest, ChannelsWithoutWhatTheChecksCompareAreRefused) {
   json good = JsonOf(MakeRandomNetwork("dnn_19", 5, 0.3f, 1));
   good["unit"] = "kPa";
   good["noise"] = 0.05;
   good["sigma"] = {0.01, 0.01, 0.02};
+  const std::vector<double> ones(19, 1.0);
+  good["channels"] = {{"expectation", std::vector(19, std::vector<double>(19, 0.0))},
+                      {"tolerance", ones},
+                      {"relative_tolerance", ones},
+                      {"below", ones},
+                      {"above", ones},
+                      {"second_difference", ones}};
   const Scratch scratch;
   const auto complaint = [&](const json& root) {
     scratch.Write("network.json", root.dump());
     return Thrown<std::runtime_error>([&] { LoadForceNetwork(scratch.path()); });
   };
-  for (const char* key : {"sigma", "noise"}) {
+  for (const char* key : {"sigma", "noise", "channels"}) {
     json root = good;
     root.erase(key);
     EXPECT_THAT(complaint(root), testing::HasSubstr(std::string(key) +
@@ -147,7 +155,7 @@ TEST(NetworkFileTest, ChannelsWithoutTheirErrorsOrNoiseAreRefused) {
   unknown["sigma"] = {0, 0, 0};
   EXPECT_THAT(complaint(unknown), testing::HasSubstr("sigma: expected a number > 0"));
   json channels = good;
-  channels["channels"] = {{"expectation", json::array({{0, 1}, {1, 0}})}};
+  channels["channels"]["expectation"] = {{0, 1}, {1, 0}};
   EXPECT_THAT(complaint(channels),
               testing::HasSubstr("channels.expectation is 2 x 2, expected 19 x 19"));
   scratch.Write("network.json", good.dump());
