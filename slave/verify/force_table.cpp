@@ -94,6 +94,16 @@ void RequireGiven(const CsvTable& table, const std::string& names, const std::st
   }
 }
 
+// A message without a stamp has the time 0, while the others count from 1970.
+void RequireSteady(const CsvTable& table, const std::string& column, double before, double t) {
+  constexpr double kSince1970 = 1e8;  // [s]
+  if (before != 0 || !(t > kSince1970)) return;
+  table.Fail(
+      Formatted("%s jumps from 0 to %.0f s: expected rows of one clock; leave out those "
+                "without a stamp",
+                column.c_str(), t));
+}
+
 }  // namespace
 
 ForceTables ReadForces(const std::filesystem::path& file, const ForceColumns& columns) {
@@ -146,8 +156,10 @@ ForceTables ReadForces(const std::filesystem::path& file, const ForceColumns& co
                     "recordings one by one",
                     columns.time.c_str(), rows.back().t, row.t));
     }
+    RequireSteady(table, columns.time, rows.empty() ? kUnknown : rows.back().t, row.t);
     rows.push_back(row);
   }
+  if (tables.empty()) table.Fail("no row: expected one per instant", 1);
   return tables;
 }
 

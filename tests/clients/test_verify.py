@@ -145,9 +145,22 @@ class VerifyTest(unittest.TestCase):
         np.testing.assert_allclose(joined["t"] - joined["t"][0], [0, 0.25, 1.5, 20, 20.5], atol=1e-9)
         self.assertEqual((joined["valid"].any(), joined["sigma"][0]), (False, 0.03))
 
+    def test_messages_without_a_time_are_left_out(self):
+        t, measured, estimated = forces()
+        early = [(topic, kind, 0, bags.wrench(kind, 0, row, 0.03)) for topic, kind, _, row in
+                 (("/sensor", bags.STAMPED, 0, row) for row in measured[:40])]
+        bags.write_mcap(self.folder / "run.mcap", early + messages("/sensor", bags.STAMPED, t, measured) +
+                        messages("/estimate", bags.CONTACT, t, estimated))
+        code, _, errors, card = self.run_verify(self.folder / "run.mcap", "--measured", "/sensor", "--estimated", "/estimate")
+        self.assertEqual((code, card["passes"]), (0, True), errors)
+        self.assertIn("/sensor: 40 messages without a time are left out", errors)
+
     def test_what_is_refused(self):
         t, measured, estimated = forces(100)
         table = self.table(t, measured, estimated)
+        self.refused("empty.csv:1: no row", self.table(t[:0], measured[:0], estimated[:0], "empty.csv"))
+        stamped = np.concatenate([[0, 0], 1.7e9 + t[2:]])
+        self.refused("zero.csv:4: t jumps from 0", self.table(stamped, measured, estimated, "zero.csv"))
         self.refused("no such file", self.folder / "nothing.csv")
         self.refused("forces.csv:1: no column other", table, "--measured", "other")
         self.refused("--time-unit = year", table, "--time-unit", "year")

@@ -7,6 +7,7 @@ import os
 import pathlib
 import sqlite3
 import struct
+import sys
 from collections.abc import Iterator
 from typing import Any
 
@@ -99,6 +100,10 @@ _Row = tuple[int, str, tuple[float, float, float], float, bool]  # t_ns, frame, 
 
 
 def _forces(topic: str, rows: list[_Row]) -> Forces:
+    stamped = [row for row in rows if row[0] != 0]
+    if stamped and len(stamped) < len(rows):
+        print(f"{topic}: {len(rows) - len(stamped)} messages without a time are left out", file=sys.stderr)
+        rows = stamped
     rows = sorted(rows, key=lambda row: row[0])
     return Forces(topic, rows[0][1], np.array([row[0] for row in rows], dtype=np.int64), np.array([row[2] for row in rows]),
                   np.array([row[3] for row in rows]), np.array([row[4] for row in rows], dtype=bool))

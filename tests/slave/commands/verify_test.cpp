@@ -286,6 +286,17 @@ TEST_F(VerifyForcesTest, EachMistakeIsNamedAlone) {
   EXPECT_EQ(WrongOf(card), "sigma sign ") << card.dump(1);
 }
 
+TEST_F(VerifyForcesTest, ATableWithoutRowsOrWithoutStampsIsRefused) {
+  options_.forces = Write("empty.csv", kHead);
+  EXPECT_THAT(Thrown<InputError>([&] { RunVerify(options_, {}); }),
+              HasSubstr("empty.csv:1: no row: expected one per instant"));
+  options_.forces =
+      Write("zero.csv", std::string(kHead) + "0,1,0,0,1,0,0,0.1\n0,1,0,0,1,0,0,0.1\n" +
+                            "1700000000.5,1,0,0,1,0,0,0.1\n");
+  EXPECT_THAT(Thrown<InputError>([&] { RunVerify(options_, {}); }),
+              HasSubstr("zero.csv:4: t jumps from 0 to 1700000000 s: expected rows of one clock"));
+}
+
 TEST_F(VerifyForcesTest, OtherNamesAndUnitsAreOptions) {
   options_.columns = {.measured = "-,-,scale",
                       .estimated = "-,-,net",
