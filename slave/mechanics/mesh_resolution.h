@@ -62,6 +62,13 @@ inline constexpr std::string_view kCoarsePatch =
     "the mesh is too coarse for a contact of this width here: the stiffness error is about 10 % or "
     "more";
 
+// Poisson's ratio from which four-node tetrahedra are too stiff under a tool of a few elements
+// [-]. [measured: a disc of 4 elements across on a box: 7 % too stiff at 0.4, 14 % at 0.45, 52 %
+// at 0.489]
+inline constexpr double kLocks = 0.4;
+inline constexpr std::string_view kLocking =
+    "four-node tetrahedra are too stiff at this Poisson's ratio: set model.element: tet10";
+
 // Estimates how much softer the body would be on a finer mesh:
 //
 //   int (e* - e) : C : (e* - e) dV / int e : C : e dV

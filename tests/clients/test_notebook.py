@@ -42,9 +42,9 @@ class NotebookTest(unittest.TestCase):
         self.assertTrue(names["answer"].valid.all())
         self.assertTrue(np.all(np.diff(force) > 0) and np.all(band > 0) and np.all(band < force))
         # A disc of radius a on a half-space needs the force 2 E a d / (1 - nu^2); on a layer of 1.5 diameters it needs
-        # more.
-        half_space = 2 * 60e3 * 0.01 * depth / (1 - 0.45**2)
-        self.assertTrue(np.all(force > 0.95 * half_space) and np.all(force < 2 * half_space))
+        # more. The rounded top is touched by a part of it at first.
+        half_space = 2 * 60e3 * 0.01 * depth / (1 - 0.3**2)
+        self.assertTrue(np.all(force[6:] > 0.95 * half_space[6:]) and np.all(force < 2 * half_space))
         lines = names["axes"].get_lines()
         np.testing.assert_array_equal(lines[0].get_ydata(), force)
 
@@ -52,7 +52,7 @@ class NotebookTest(unittest.TestCase):
         text = (ROOT / "README.md").read_text(encoding="utf-8")
         blocks = re.findall(r"```python\n(.*?)```", text, re.S)
         self.assertEqual(len(blocks), 1)
-        self.assertEqual(len(blocks[0].splitlines()), 5)
+        self.assertEqual(len(blocks[0].splitlines()), 6)
         self.assertRegex(run(blocks[0], {}), r"^\[.*-1\.[0-9]+\s*\] valid\n$")
 
 

@@ -199,7 +199,7 @@ class Programs(unittest.TestCase):
         self.assertEqual(done.returncode, 0, done.stderr)
         error, rows = read_json(self.out / "press/summary.json")["force_error"], read_rows(self.out / "press/states.csv")
         print(f"force error of {error['true_peak_N']:.3f} N: {error['rms_N'] / error['true_peak_N']:.1%} rms")
-        self.assertGreater(error["contact_frames"], 50)
+        self.assertGreater(error["contact_samples"], 50)
         self.assertLess(error["rms_N"], 0.08 * error["true_peak_N"])
         for finger in ("ff", "mf"):
             forces = [math.hypot(*(float(row["f" + axis] or 0) for axis in "xyz")) for row in rows if row["finger"] == finger]

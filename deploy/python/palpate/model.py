@@ -177,7 +177,8 @@ def solve(mesh: Any, young_modulus: float | str, poisson_ratio: float, contacts:
         import palpate
         block = {"box": {"size": [0.06, 0.06, 0.03], "cells": [12, 12, 6]}}
         answer = palpate.solve(block, 20e3, 0.45, [0.03, 0.03, 0.03, 0, 0, -0.002],
-                               tool={"shape": "flat", "width": 0.02}, fixed={"plane": {"axis": "z", "at": 0}})
+                               tool={"shape": "flat", "width": 0.02}, fixed={"plane": {"axis": "z", "at": 0}},
+                               kind="fem-green", model={"element": "tet10"})
         print(answer.force, answer.validity)   # [N], on the body
 
     Source: the models of palpate-slave, whose command `solve` gives the same digits. Warns (ForceWarning) if an answer is not

@@ -7,8 +7,11 @@
 
 #include <Eigen/Geometry>
 
+#include "shared/mesh/disc_patch.h"
 #include "slave/mechanics/factory/make_model.h"
 #include "slave/mechanics/plate/plate_law.h"
+#include "slave/mesh/boundary_patch.h"
+#include "slave/mesh/index.h"
 
 namespace palpate {
 namespace {
@@ -19,10 +22,11 @@ constexpr double kRoundWidth = 0.3;
 constexpr double kNarrowest = 1e-3;  // smallest contact width relative to l, also used for a point
 // Discretisation error of `extruded` [-]. Its elements begin to lock at a Poisson ratio of 0.49.
 // [measured: five blocks of extruded_model_test, within 3 %; nu = 0.49 by presses.py, 4.8 %]
-constexpr double kExtrudedError = 0.03, kLockingError = 0.05, kLocks = 0.49;
+constexpr double kExtrudedError = 0.03, kLockingError = 0.05, kExtrudedLocks = 0.49;
 // Smallest extent of a tool relative to its width, from the same blocks.
 constexpr double kMinExtent = 0.25;
 constexpr double kUnsure = 0.1;  // relative error of g [measured: plane_thickness.py]
+constexpr double kNear = 1e-6;   // of the body's size: the surface itself
 
 // L and l of tool_domain.h, which explains the other symbols, too.
 struct Lengths {
@@ -59,13 +63,64 @@ double LargestError(Plane plane, double g, double R, double narrower) {
   return largest;
 }
 
+// Returns the distance from `p_O` to the other side of the body along `inward`; infinite: there is
+// none.
+double ThicknessBelow(const BoundaryMesh& mesh, const Eigen::Vector2d& p_O,
+                      const Eigen::Vector2d& inward) noexcept {
+  const double near = kNear * mesh.length_unit;
+  double nearest = std::numeric_limits<double>::infinity();
+  for (const BoundaryElement& e : mesh.elements) {
+    const Eigen::Vector2d side = e.b - e.a, from = e.a - p_O;
+    const double cross = inward.x() * side.y() - inward.y() * side.x();
+    if (cross == 0) continue;
+    const double along = (from.x() * side.y() - from.y() * side.x()) / cross;
+    const double at = (from.x() * inward.y() - from.y() * inward.x()) / cross;
+    if (along > near && at >= 0 && at <= 1) nearest = std::min(nearest, along);
+  }
+  return nearest;
+}
+// Moeller and Trumbore 1997.
+double ThicknessBelow(const SurfaceMesh& mesh, const Eigen::Vector3d& p_O,
+                      const Eigen::Vector3d& inward, double near) noexcept {
+  double nearest = std::numeric_limits<double>::infinity();
+  for (const auto& [a, b, c] : mesh.triangles) {
+    const Eigen::Vector3d& corner = mesh.nodes[Index(a)];
+    const Eigen::Vector3d u = mesh.nodes[Index(b)] - corner, v = mesh.nodes[Index(c)] - corner;
+    const Eigen::Vector3d across = inward.cross(v), from = p_O - corner;
+    const double volume = u.dot(across);
+    if (volume == 0) continue;
+    const Eigen::Vector3d turned = from.cross(u);
+    const double s = from.dot(across) / volume, t = inward.dot(turned) / volume;
+    const double along = v.dot(turned) / volume;
+    if (along > near && s >= 0 && t >= 0 && s + t <= 1) nearest = std::min(nearest, along);
+  }
+  return nearest;
+}
+
+// Returns the largest difference in height of the surface under a disc, along its mean normal.
+double SagittaOf(const SurfaceMesh& surface, const SurfacePlace& place, const Contact& contact) {
+  const DiscPatch patch = PatchAt(surface, place, contact.p_O, contact.width);
+  Eigen::Vector3d normal = Eigen::Vector3d::Zero();
+  for (const int triangle : patch.triangles) {
+    normal += Area(surface, triangle) * Normal(surface, triangle);
+  }
+  normal.stableNormalize();
+  double low = 0, high = 0;
+  for (const int node : patch.nodes) {
+    const double height = normal.dot(surface.nodes[Index(node)] - contact.p_O);
+    low = std::min(low, height);
+    high = std::max(high, height);
+  }
+  return high - low;
+}
+
 }  // namespace
 
 double PlaneError(const Scene& scene, const Tool& tool, const ObjectMesh& mesh) {
   const auto* outline = std::get_if<BoundaryMesh>(&mesh);
   if (outline == nullptr) return 0;
   if (!KindOf(scene).is_plane) {
-    return scene.object.material.poisson_ratio >= kLocks ? kLockingError : kExtrudedError;
+    return scene.object.material.poisson_ratio >= kExtrudedLocks ? kLockingError : kExtrudedError;
   }
   if (!tool.depth) return std::numeric_limits<double>::infinity();
   const Lengths lengths = LengthsOf(*outline);
@@ -107,12 +162,41 @@ ToolDomain::ToolDomain(const Scene& scene, const Tool& tool, const ObjectMesh& m
     if (tool.depth != scene.tool->depth) flag_reason_ = kOtherExtent;
     if (std::min(tool.depth.value_or(T), T) < kMinExtent * tool.width) flag_reason_ = kShortExtent;
   }
+  is_glued_ = !ShapesTool(scene);
+  if (KindOf(scene).iterates && IsHyperelastic(scene.model.fem.law)) deepest_ = kDeepestByLaw;
+  if (const auto* outline = std::get_if<BoundaryMesh>(&mesh)) outline_ = *outline;
+  surface_ = SurfaceOf(mesh);
   const auto* disc = std::get_if<MembraneDisc>(&mesh);
   if (disc != nullptr && tool.IsRigidFace()) {
     plate_.radius = disc->radius;
     plate_.thickness = disc->thickness;
     plate_.bends_only = !KindOf(scene).takes_tension;
   }
+}
+
+std::string_view ToolDomain::FlagOnBody(const Contact& contact) const {
+  if (!outline_.elements.empty()) {
+    const Eigen::Vector2d p_O = contact.p_O.head<2>();
+    const int element = contact.element >= 0 ? contact.element : FindElement(outline_, p_O);
+    if (element < 0) return {};
+    const Eigen::Vector2d inward = -outline_.elements[Index(element)].normal();
+    const double depth = contact.prescribed_O.head<2>().dot(inward);
+    return depth > deepest_ * ThicknessBelow(outline_, p_O, inward) ? kDeepInThickness
+                                                                    : std::string_view();
+  }
+  if (surface_.triangles.empty()) return {};
+  const auto place = FindPlace(surface_, contact.p_O);
+  if (!place || place->triangle < 0) return {};
+  const Eigen::Vector3d inward = -Normal(surface_, place->triangle);
+  const double depth = contact.prescribed_O.dot(inward);
+  if (!(depth > 0)) return {};
+  const double near = kNear * LargerSide(surface_.nodes);
+  if (depth > deepest_ * ThicknessBelow(surface_, contact.p_O, inward, near))
+    return kDeepInThickness;
+  const bool is_face = is_flat_ && is_glued_ && contact.width > 0;
+  return is_face && depth < kDepthPerSagitta * SagittaOf(surface_, *place, contact)
+             ? kFlatOnCurved
+             : std::string_view();
 }
 
 void ToolDomain::FlagOutside(const Contact& contact, ContactResponse* response) const noexcept {
@@ -130,6 +214,7 @@ void ToolDomain::FlagOutside(const Contact& contact, ContactResponse* response) 
       flag_reason = kRigidOnPlate;
     }
   }
+  if (flag_reason.empty()) flag_reason = FlagOnBody(contact);
   if (flag_reason.empty()) return;
   response->validity = Validity::kExtrapolated;
   response->flag_reason = flag_reason;

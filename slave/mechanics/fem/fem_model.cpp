@@ -163,8 +163,7 @@ void FemModel::Describe() {
   }
   info_.memory_bytes =
       body_.memory_bytes() + (stepper_ ? stepper_->memory_bytes() : equilibrium_->memory_bytes());
-  SetRemark(locks() ? "linear tetrahedra lock at this Poisson ratio: the model is far too stiff"
-                    : "");
+  SetRemark(locks() ? std::string(kLocking) : "");
 }
 
 // Measures the time of an update after a contact has moved, on meshes where that is quick.
@@ -241,10 +240,12 @@ bool FemModel::HoldTools(std::span<const Contact> contacts) {
                                 : params_.friction;
     touches.push_back({params_.tool, contacts[k].p_O, contacts[k].width, friction});
   }
-  if (!touches.empty() && constraints_.has_free_motions()) {
-    return Fail("a tool that nodes come under and leave: expected an object that supports hold");
-  }
-  return tools_->Set(touches) || Fail("no surface is there");
+  const bool is_free = !touches.empty() && constraints_.has_free_motions();
+  if (!is_free && tools_->Set(touches)) return true;
+  std::swap(accepted_, former_);  // the tools are those of before
+  return Fail(is_free
+                  ? "a tool that nodes come under and leave: expected an object that supports hold"
+                  : "no surface is there");
 }
 
 bool FemModel::SolveUnder(std::span<const Contact> contacts) {
@@ -282,8 +283,12 @@ bool FemModel::MoveTools(std::span<const Contact> contacts) {
       continue;
     }
     part /= 2;
-    if (equilibrium_->interrupted()) return Fail("interrupted");
-    if (part < least) return Fail("no equilibrium was found");
+    if (!equilibrium_->interrupted() && part >= least) continue;
+    for (std::size_t k = 0; k < contacts.size(); ++k) {
+      Vector3d& accepted = accepted_[k].prescribed_O;
+      accepted += done * (contacts[k].prescribed_O - accepted);
+    }
+    return Fail(equilibrium_->interrupted() ? "interrupted" : "no equilibrium was found");
   }
   equilibrium_->End(constraints_);
   for (std::size_t k = 0; k < contacts.size(); ++k) accepted_[k] = contacts[k];

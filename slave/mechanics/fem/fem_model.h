@@ -80,6 +80,7 @@ class FemModel final : public VolumeModel {
   [[nodiscard]] bool ended_early() const override {
     return equilibrium_ && equilibrium_->ended_early();
   }
+  [[nodiscard]] bool follows_path() const override { return tools_.has_value(); }
   [[nodiscard]] bool gained_energy() const override {
     return stepper_ && stepper_->gained_energy();
   }

@@ -58,11 +58,14 @@ ToolContacts::ToolContacts(const SolidMesh& mesh, const FemBody& body, Constrain
 }
 
 bool ToolContacts::Set(std::span<const Touch> touches) {
+  if (!std::ranges::all_of(touches,
+                           [&](const Touch& t) { return FindPlace(skin_, t.p_O).has_value(); })) {
+    return false;
+  }
   std::vector<ToolContact> former = std::exchange(tools_, {});
   const double unit = body_.length_unit();
   for (const Touch& touch : touches) {
     const auto at = FindPlace(skin_, touch.p_O);
-    if (!at) return false;
     const Vector3d normal = at->node >= 0 ? normals_[Index(at->node)] : Normal(skin_, at->triangle);
     const auto known = std::ranges::find_if(former, [&](const ToolContact& tool) {
       return tool.placement().p == touch.p_O / unit && tool.placement().width == touch.width / unit;

@@ -13,7 +13,6 @@ namespace {
 
 using Eigen::Vector3d;
 
-constexpr double kLocks = 0.49;         // Poisson's ratio from which tet4 answers are far too stiff
 constexpr double kAbsurd = 1e6;         // larger sides
 constexpr std::size_t kTextSize = 240;  // of a remark
 // Smallest number of nodes under a tool other than a disc for an accuracy of 10 %. [measured:
@@ -66,19 +65,23 @@ void VolumeModel::ComputeResponses(std::span<const Contact> contacts,
                    : Fail("the number of responses and contacts must be equal");
   } catch (const std::exception&) {
     contacts_.Forget();
+    if (!traits_.is_dynamic) Rest();
     Fail("out of memory");
   }
   if (answered) return;
   std::ranges::fill(responses, ContactResponse{});
   inversion_ = {};
-  if (!traits_.is_dynamic) Rest();
 }
 
 bool VolumeModel::TryRespond(std::span<const Contact> contacts,
                              std::span<ContactResponse> responses) {
-  if (!PrepareSet(contacts) || !SolveUnder(contacts)) return false;
+  if (!PrepareSet(contacts) || !SolveUnder(contacts)) {
+    if (!traits_.is_dynamic && !follows_path()) Rest();
+    return false;
+  }
   if (TakeState() && FillResponses(contacts, responses)) return true;
   TakeBack();
+  if (!traits_.is_dynamic) Rest();
   return false;
 }
 
@@ -143,7 +146,7 @@ bool VolumeModel::locks() const {
 // patches.
 std::string_view VolumeModel::FlagReasonOf(std::span<const Contact> contacts) {
   if (inversion_.elements > 0) return "elements are inside out";
-  if (locks()) return "linear tetrahedra lock at this Poisson ratio";
+  if (locks()) return kLocking;
   if (traits_.range > 0 && largest_ > traits_.range) return kBeyondRange;
   if (ended_early()) return "the deadline came before the residual";
   if (gained_energy()) return "the time step gained energy";

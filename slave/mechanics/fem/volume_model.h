@@ -29,7 +29,8 @@ namespace palpate {
 // energy, a mesh too coarse for a patch or for a part that bends (mesh_resolution.h). kFailed:
 // contacts that are not finite, overlap or are not on the body, unbalanced loads, no convergence,
 // interruption, displacements beyond a million larger sides; failure() says which. After a failure
-// a static body starts from rest again; a moving body is in the state before the step.
+// a static body starts from rest again; a moving body is in the state before the step, and one
+// under tools with friction in the last accepted state.
 class VolumeModel : public DeformationModel {
  public:
   void Reset() final;
@@ -75,12 +76,15 @@ class VolumeModel : public DeformationModel {
   [[nodiscard]] virtual const fem::ToolContact* ToolOf(std::size_t /*contact*/) const {
     return nullptr;
   }
+  // The answer depends on the path of the contacts, as with friction. A query that fails then
+  // leaves the contacts where they were accepted last.
+  [[nodiscard]] virtual bool follows_path() const { return false; }
   // Returns whether the deadline passed before the requested residual was reached.
   [[nodiscard]] virtual bool ended_early() const { return false; }
 
   [[nodiscard]] std::span<const ContactPlace> places() const { return contacts_.places(); }
   [[nodiscard]] const Inversion& inversion() const { return inversion_; }
-  // Four-node elements without a pressure unknown are too stiff near nu = 0.5.
+  // Four-node elements without a pressure unknown are too stiff from kLocks on.
   [[nodiscard]] bool locks() const;
   // Sets the part of info().remark that does not depend on the last answer.
   void SetRemark(std::string remark);

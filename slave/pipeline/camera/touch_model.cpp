@@ -69,7 +69,11 @@ Contact TouchModel::ContactAt(const BoundaryPlace& place) noexcept {
 ContactResponse TouchModel::Solve(const BoundaryPlace& place, const ToolMotion& motion,
                                   Solution* solution) noexcept {
   ContactResponse response = Answer(place, motion, solution);
-  domain.FlagOutside({.p_O = Planar(place.p_O), .width = tool_width_}, &response);
+  domain.FlagOutside({.p_O = Planar(place.p_O),
+                      .element = place.element,
+                      .width = tool_width_,
+                      .prescribed_O = motion.displacement_O},
+                     &response);
   return response;
 }
 

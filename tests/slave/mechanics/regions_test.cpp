@@ -112,7 +112,7 @@ TEST(Regions, WhichPartIsTheRegionDoesNotMatter) {
 }
 
 Scene InclusionScene(const RegionKind& kind) {
-  Scene scene = BoxScene(kind, {{0.06, 0.04, 0.025}, {24, 16, 10}}, 0.45);
+  Scene scene = BoxScene(kind, {{0.06, 0.04, 0.025}, {24, 16, 10}}, 0.35);
   scene.model.fem.residual = 1e-6;
   scene.object.regions = {{Ball{{0.02, 0.02, 0.015}, 0.005}, 5 * kRegionModulus}};
   return scene;
@@ -138,7 +138,7 @@ std::vector<double> Contrast(const Scene& scene) {
 // relative to the contrast minus one.
 TEST(Regions, AnInclusionRaisesTheForceAsInTheFullModel) {
   const auto truth = Contrast(InclusionScene({"fem", Law::kNeoHookean}));
-  EXPECT_GT(truth.front(), 1.2);
+  EXPECT_GT(truth.front(), 1.15);  // there is a contrast
   for (const RegionKind& kind : {RegionKind{"fem-green"}, RegionKind{"fem"}}) {
     const auto contrast = Contrast(InclusionScene(kind));
     for (std::size_t i = 0; i < truth.size(); ++i) {

@@ -108,6 +108,70 @@ TEST(ToolDomain, ForcesAreFlaggedOutside) {
   EXPECT_EQ(load.validity, Validity::kValid) << "a load is what it is";
 }
 
+Scene BodyScene(const std::string& model, const std::string& geometry) {
+  const bool is_plane = geometry.starts_with("rectangle");
+  return ParseScene("name: body\nobject:\n  geometry: {" + geometry +
+                    "}\n  material: {young_modulus: 20 kPa, poisson_ratio: 0.3}\n  fixed: " +
+                    (is_plane ? "{side: bottom}" : "{plane: {axis: z, at: 0 mm}}") +
+                    "\ntool: {shape: flat, width: 18 mm" + (is_plane ? ", depth: whole" : "") +
+                    "}\nmodel: {" + model + "}\n");
+}
+std::string_view FlagOf(const Scene& scene, const ObjectMesh& mesh, const Contact& contact) {
+  ContactResponse response = Valid();
+  ToolDomain(scene, *scene.tool, mesh).FlagOutside(contact, &response);
+  return response.flag_reason;
+}
+
+// By definition: a fifth of the thickness below the tool, half of it with a law for large strains.
+// A slab and a strip of 5 mm, whose larger side would accept more.
+TEST(ToolDomain, AToolDeepInTheThicknessIsFlagged) {
+  const auto flags = [](const std::string& model, const std::string& geometry, double depth) {
+    const Scene scene = BodyScene(model, geometry);
+    const bool is_plane = geometry.starts_with("rectangle");
+    const Contact contact{
+        .p_O = is_plane ? Eigen::Vector3d(0.05, 0.005, 0) : Eigen::Vector3d(0.06, 0.06, 0.005),
+        .width = 0.018,
+        .prescribed_O = is_plane ? Eigen::Vector3d(0, -depth, 0) : Eigen::Vector3d(0, 0, -depth)};
+    return FlagOf(scene, MeshObject(scene, std::nullopt), contact) == kDeepInThickness;
+  };
+  const std::string slab = "box: {size: [120 mm, 120 mm, 5 mm], cells: [24, 24, 2]}",
+                    strip = "rectangle: {width: 100 mm, height: 5 mm, thickness: 20 mm}";
+  for (const std::string model : {"kind: fem-green", "kind: fem"}) {
+    EXPECT_FALSE(flags(model, slab, 0.9e-3)) << model;
+    for (const double depth : {1.1e-3, 4.9e-3, 11.5e-3}) {
+      EXPECT_TRUE(flags(model, slab, depth)) << model << ' ' << depth;
+    }
+  }
+  EXPECT_FALSE(flags("kind: fem, law: neo-hookean", slab, 2.4e-3));
+  EXPECT_TRUE(flags("kind: fem, law: neo-hookean", slab, 2.6e-3));
+  EXPECT_FALSE(flags("kind: extruded, elements: 80", strip, 0.9e-3));
+  for (const std::string model : {"kind: extruded, elements: 80, tolerance: 10 %",
+                                  "kind: bem2d, elements: 80, tolerance: 100 %, plane: strain"}) {
+    EXPECT_TRUE(flags(model, strip, 9.5e-3)) << model;
+  }
+}
+
+// By definition: five times the height of a cap of 45 mm under the tool, 0.9 mm. A tool without
+// friction touches the cap only where it reaches it.
+TEST(ToolDomain, AFlatToolOnACapIsFlaggedUntilItIsDeep) {
+  const auto flag = [](const std::string& model, double depth) {
+    const Scene scene = BodyScene(model, "box: {size: [60 mm, 60 mm, 40 mm], cells: [20, 20, 8]}");
+    ObjectMesh mesh = MeshObject(scene, std::nullopt);
+    for (Eigen::Vector3d& p : std::get<SolidMesh>(mesh).nodes) {
+      p.z() -= p.z() / 0.04 * (p.head<2>() - Eigen::Vector2d(0.03, 0.03)).squaredNorm() / 0.09;
+    }
+    return FlagOf(scene, mesh,
+                  {.p_O = {0.03, 0.03, 0.04}, .width = 0.018, .prescribed_O = {0, 0, -depth}});
+  };
+  for (const std::string model : {"kind: fem-green", "kind: fem-green, contact: frictionless",
+                                  "kind: fem", "kind: fem, law: neo-hookean"}) {
+    EXPECT_EQ(flag(model, 1e-3), kFlatOnCurved) << model;
+    EXPECT_EQ(flag(model, 3e-3), kFlatOnCurved) << model;
+    EXPECT_EQ(flag(model, 6e-3), "") << model;
+  }
+  EXPECT_EQ(flag("kind: fem, contact: frictionless", 1e-3), "");
+}
+
 struct OnSheet {
   double width, place, depth;  // relative to the diameter, the radius, the thickness
   double excess;               // of plate-large

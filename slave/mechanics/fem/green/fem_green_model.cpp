@@ -2,12 +2,11 @@
 
 #include <algorithm>
 
+#include "slave/mechanics/mesh_resolution.h"
 #include "slave/mesh/index.h"
 
 namespace palpate {
 namespace {
-
-constexpr double kLocks = 0.49;
 
 // A coarse patch is the weakest reason for a flag: other reasons replace it.
 bool MayReplaceReason(const ContactResponse& response) {
@@ -17,8 +16,7 @@ bool MayReplaceReason(const ContactResponse& response) {
 
 std::string_view RemarkOf(const RestStiffness& stiffness, double nu) {
   if (stiffness.elements.nodes_per_element == 4) {
-    return nu >= kLocks ? "linear tetrahedra lock near nu = 0.5: the model is much too stiff"
-                        : "linear tetrahedra are stiff in bending; small strains only";
+    return nu >= kLocks ? kLocking : "linear tetrahedra are stiff in bending; small strains only";
   }
   return stiffness.has_pressure() ? "mixed pressure; small strains only" : "small strains only";
 }
@@ -77,7 +75,7 @@ void FemGreenModel::ComputeResponses(std::span<const Contact> contacts,
   for (auto& response : responses) {
     if (locks_ && MayReplaceReason(response)) {
       response.validity = Validity::kExtrapolated;
-      response.flag_reason = "linear tetrahedra lock at this Poisson ratio";
+      response.flag_reason = kLocking;
     }
   }
   try {

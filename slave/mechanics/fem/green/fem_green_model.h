@@ -21,7 +21,7 @@
 
 namespace palpate {
 
-// Four-node tetrahedra lock as nu approaches 0.5: from 0.49 on their results are kExtrapolated.
+// Four-node tetrahedra lock as nu approaches 0.5: from kLocks on their results are kExtrapolated.
 // Ten-node ones have a pressure unknown from 0.49 on, and accept nu up to 0.5. Results are also
 // kExtrapolated if a part bends too strongly for the elements (BendingTable; the first contact on a
 // triangle takes three more sparse solutions unless they are in the cache; bulky bodies need none).

@@ -20,7 +20,7 @@ namespace {
 
 using Eigen::Matrix3d;
 
-constexpr double kPoissonRatio = 0.45;
+constexpr double kPoissonRatio = 0.39;
 constexpr double kHyperSide = 0.08;  // [m]
 
 // A block of at least nine elements with unequal sides and a soft and a stiff half.

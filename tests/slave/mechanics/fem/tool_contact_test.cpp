@@ -153,6 +153,29 @@ TEST(Block, SticksBelowCoulombsForceAndSlidesAtItInEveryDirection) {
   }
 }
 
+// Reference: the same path without the queries that fail. A tool beside the body, and a contact
+// that is not finite.
+TEST(Block, KeepsItsFrictionAfterAQueryThatFails) {
+  const Slab slab(12);
+  FemModel model(slab.mesh, slab.held, Rough(kDisc, 0.3, 0.3)),
+      undisturbed(slab.mesh, slab.held, Rough(kDisc, 0.3, 0.3));
+  Contact contact{.p_O = {0.04, 0.04, 0.04}, .width = 0.016};
+  const std::vector<Vector3d> path{{0, 0, -1e-3}, {1e-3, 0, -1e-3}, {0.7e-3, 0, -1e-3}};
+  for (const Vector3d& way : path) {
+    const Vector3d expected = MoveTo(&undisturbed, &contact, way).force_O;
+    const Vector3d force = MoveTo(&model, &contact, way).force_O;
+    EXPECT_LT((force - expected).norm(), 1e-6 * expected.norm()) << way.transpose();
+    for (Contact wrong :
+         {Contact{.p_O = {0.04, 0.04, 1}, .width = 0.016},
+          Contact{
+              .p_O = {0.04, 0.04, 0.04}, .width = 0.016, .prescribed_O = {0, 0, std::nan("")}}}) {
+      ContactResponse response;
+      model.Respond({&wrong, 1}, {&response, 1});
+      EXPECT_EQ(response.validity, Validity::kFailed);
+    }
+  }
+}
+
 // Smooth paths of random waves that begin and end above the body, touch it and leave it in between:
 // with any friction, the body never does net work on the tool; without friction the net work is
 // zero. Tolerance: the trapezoidal rule over 150 steps, 1e-3 of the exchanged work.
