@@ -14,6 +14,7 @@ struct SenseInputs {
   SamplePlayer* player = nullptr;  // player of recorded samples, which outlives the source
   FrameOpener open = {};           // opens the images of one camera; empty: as the scene has them
   Progress* progress = nullptr;    // of the model of one camera while it is built; null: none
+  bool solves_aside = false;       // see DeformationModel::SolveAside; for samples in real time
 };
 
 }  // namespace palpate

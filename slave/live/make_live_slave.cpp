@@ -1,3 +1,4 @@
+#include "shared/state/driven_clock.h"
 #include "slave/live/live_slave.h"
 #include "slave/pipeline/base/sense_recorder.h"
 #include "slave/pipeline/camera/preview_sense.h"
@@ -20,7 +21,10 @@ std::unique_ptr<LiveSlave> MakeLiveSlave(Scene scene, const std::filesystem::pat
                                          Progress* progress) {
   StreamSimulated(&scene);
   std::unique_ptr<Manipulator> manipulator = MakeManipulator(scene);
-  const SenseInputs inputs{.tap = recorder, .open = open, .progress = progress};
+  const SenseInputs inputs{.tap = recorder,
+                           .open = open,
+                           .progress = progress,
+                           .solves_aside = !DrivenClock::is_active()};
   if (recorder != nullptr) recorder->Begin();
   std::unique_ptr<SensingPipeline> sense = MakeSensingPipeline(scene, inputs);
   const bool may_idle = recorder == nullptr && MayIdle(scene, *sense);

@@ -47,6 +47,9 @@ struct Contact {
 // The most common `flag_reason`.
 inline constexpr std::string_view kBeyondRange = "the displacement is beyond the model's range";
 
+// See DeformationModel::SolveAside.
+inline constexpr std::string_view kBeingComputed = "the answer at this place is being computed";
+
 // Response of one contact. Frame O.
 struct ContactResponse {
   Eigen::Vector3d force_O{0, 0, 0};         // of the tool on the object, whole thickness [N]
@@ -144,6 +147,10 @@ class DeformationModel {
   virtual void Start(std::span<const Contact> /*contacts*/) {}
   // Completes the precompute for contacts at these positions.
   virtual void Prefetch(std::span<const Contact> /*contacts*/) {}
+
+  // From now on no query waits until a position is solved: until then it gets the answer of another
+  // one, flagged with kBeingComputed. Call it after the first query.
+  virtual void SolveAside() {}
 
   // Returns why the last query failed, as one clause; empty if it did not fail or the reason is
   // unknown.

@@ -79,7 +79,7 @@ class AwaitedSense final : public SensingPipeline {
   void Adopt(std::unique_ptr<PreparedModel> prepared, const Scene& changed) override {
     Made()->Adopt(std::move(prepared), changed);
   }
-  void Reset() override { Made()->Reset(); }
+  void Reset(const std::function<bool()>& is_disengaged) override { Made()->Reset(is_disengaged); }
   [[nodiscard]] SenseInfo info() const override { return Made() ? Made()->info() : awaited_; }
   [[nodiscard]] std::vector<StageTimes> Stages() const override {
     return Made() ? Made()->Stages() : std::vector<StageTimes>();
@@ -164,9 +164,10 @@ struct SenseMaker {
   [[nodiscard]] std::unique_ptr<SensingPipeline> Make() const {
     const bool is_played = inputs.player != nullptr;
     if (is_played || !TakesImages(scene.sense)) return std::make_unique<Made>(scene, inputs);
-    const auto make = [scene = scene,
-                       tap = inputs.tap](SenseInputs streamed) -> std::unique_ptr<SensingPipeline> {
+    const auto make = [scene = scene, tap = inputs.tap, solves_aside = inputs.solves_aside](
+                          SenseInputs streamed) -> std::unique_ptr<SensingPipeline> {
       streamed.tap = tap;
+      streamed.solves_aside = solves_aside;
       return std::make_unique<Made>(scene, streamed);
     };
     return std::make_unique<AwaitedSense>(scene, make, Awaited(scene));

@@ -3,12 +3,14 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <mutex>
 #include <stdexcept>
 #include <utility>
 
 #include <Eigen/Geometry>
 #include <Eigen/LU>
 
+#include "shared/link/thread_priority.h"
 #include "shared/text/text.h"
 #include "slave/mechanics/extruded/pressed_prism.h"
 #include "slave/mechanics/extruded/tool_on_outline.h"
@@ -37,11 +39,11 @@ void Narrow(double excess, Prism* prism) {
 }  // namespace
 
 struct ExtrudedModel::Place {
-  int element = 0;
-  Vector2d p_O{0, 0};
-  double width = 0;      // [m]
-  PressedPrism pressed;  // stiffness relative to E and the larger side; empty front: on a support
-  [[nodiscard]] bool is_held() const { return pressed.front[0].empty(); }
+  Position at;
+  PressedPrism pressed;    // stiffness relative to E and the larger side; empty front: on a support
+  bool is_solved = false;  // false: the body could not be meshed or solved
+  double took = 0;         // [s]
+  [[nodiscard]] bool is_held() const { return is_solved && pressed.front[0].empty(); }
 };
 
 ExtrudedModel::~ExtrudedModel() = default;
@@ -73,19 +75,34 @@ ExtrudedModel::ExtrudedModel(BoundaryMesh mesh, std::vector<std::array<bool, 2>>
   info_.elements = mesh_.size();
   info_.range = params.range;
   info_.remark = "the tool is glued; small strains only";
+  for (const BoundaryElement& at : mesh_.elements) shown_O_.push_back(at.a);
+  const PlanarCover& inside = cover();
+  shown_O_.insert(shown_O_.end(), inside.inside.begin(), inside.inside.end());
   NotePrecompute();
 }
 
 void ExtrudedModel::Prefetch(std::span<const Contact> contacts) {
-  for (const Contact& contact : contacts) Find(contact);
+  for (const Contact& contact : contacts) {
+    if (const auto at = PositionOf(contact)) Find(*at);
+  }
 }
 
-std::unique_ptr<ExtrudedModel::Place> ExtrudedModel::Prepare(int element, const Vector2d& p_O,
-                                                             double width) {
+void ExtrudedModel::SolveAside() {
+  solver_ = std::jthread([this](const std::stop_token& stop) { SolveWanted(stop); });
+}
+
+std::optional<ExtrudedModel::Position> ExtrudedModel::PositionOf(const Contact& contact) const {
+  const Vector2d p_O = contact.p_O.head<2>();
+  const int element = contact.element >= 0 ? contact.element : FindElement(mesh_, p_O);
+  const bool is_known = element >= 0 && element < mesh_.size();
+  if (!is_known || !p_O.allFinite() || !(contact.width >= 0)) return std::nullopt;
+  const double width = contact.width > 0 ? contact.width : mesh_.elements[Index(element)].length();
+  return Position{element, p_O, width};
+}
+
+std::unique_ptr<ExtrudedModel::Place> ExtrudedModel::Prepare(const Position& at) const {
   auto place = std::make_unique<Place>();
-  place->element = element;
-  place->p_O = p_O;
-  place->width = width;
+  place->at = at;
   const auto start = std::chrono::steady_clock::now();
   const double unit = larger_side_;
   Prism prism;
@@ -93,37 +110,90 @@ std::unique_ptr<ExtrudedModel::Place> ExtrudedModel::Prepare(int element, const 
   prism.front = params_.front / unit;
   prism.depth = params_.depth / unit;
   prism.poisson_ratio = params_.poisson_ratio;
-  const EndExcess excess = ExcessOf(prism, width / unit);
-  const auto tool = PlaceTool(mesh_, held_, element, p_O, width - 2 * unit * excess.along);
-  if (!tool) return place;
-  prism.points = tool->points;
-  prism.segments = tool->segments;
-  Narrow(excess.through, &prism);
-  for (Vector2d& p : prism.points) p /= unit;
-  std::vector<Vector2d> places;
-  for (const BoundaryElement& at : mesh_.elements) places.emplace_back(at.a / unit);
-  for (const Vector2d& inside : cover().inside) places.emplace_back(inside / unit);
-  place->pressed = PressPrism(prism, {tool->ends[0] / unit, tool->ends[1] / unit}, places);
-  info_.dof = Index(place->pressed.unknowns);
-  info_.precompute_s += SecondsSince(start);
+  try {
+    const EndExcess excess = ExcessOf(prism, at.width / unit);
+    const auto tool =
+        PlaceTool(mesh_, held_, at.element, at.p_O, at.width - 2 * unit * excess.along);
+    if (tool) {
+      prism.points = tool->points;
+      prism.segments = tool->segments;
+      Narrow(excess.through, &prism);
+      for (Vector2d& p : prism.points) p /= unit;
+      std::vector<Vector2d> places = shown_O_;
+      for (Vector2d& p : places) p /= unit;
+      place->pressed = PressPrism(prism, {tool->ends[0] / unit, tool->ends[1] / unit}, places);
+    }
+    place->is_solved = true;
+  } catch (const std::exception&) {
+    place->pressed = {};
+  }
+  place->took = SecondsSince(start);
   return place;
 }
 
-// Returns nullptr if there is no element at the contact.
-const ExtrudedModel::Place* ExtrudedModel::Find(const Contact& contact) {
-  const Vector2d p_O = contact.p_O.head<2>();
-  const int element = contact.element >= 0 ? contact.element : FindElement(mesh_, p_O);
-  if (element < 0 || element >= mesh_.size() || !p_O.allFinite() || !(contact.width >= 0)) {
-    Fail("no element at a contact point");
-    return nullptr;
+void ExtrudedModel::Keep(std::unique_ptr<Place> place) {
+  const std::lock_guard lock(places_mutex_);
+  places_.push_back(std::move(place));
+}
+
+const ExtrudedModel::Place* ExtrudedModel::Known(const Position& at) const {
+  const auto found = std::ranges::find(places_, at, [](const auto& place) { return place->at; });
+  return found == places_.end() ? nullptr : found->get();
+}
+
+const ExtrudedModel::Place* ExtrudedModel::NearestKnown(const Position& at) const {
+  const Place* nearest = nullptr;
+  for (const auto& place : places_) {
+    if (!place->is_solved || place->is_held() || place->at.width != at.width) continue;
+    const auto is_nearer = [&](const Place& than) {
+      return (place->at.p_O - at.p_O).norm() < (than.at.p_O - at.p_O).norm();
+    };
+    if (nearest == nullptr || is_nearer(*nearest)) nearest = place.get();
   }
-  const double width = contact.width > 0 ? contact.width : mesh_.elements[Index(element)].length();
-  const auto found = std::ranges::find_if(places_, [&](const auto& place) {
-    return place->element == element && place->p_O == p_O && place->width == width;
-  });
-  if (found != places_.end()) return found->get();
-  places_.push_back(Prepare(element, p_O, width));
-  return places_.back().get();
+  return nearest;
+}
+
+const ExtrudedModel::Place* ExtrudedModel::Find(const Position& at) {
+  {
+    const std::lock_guard lock(places_mutex_);
+    if (solver_.joinable()) {
+      wanted_ = at;
+      if (const Place* known = Known(at)) return known;
+      asked_.notify_one();
+      return NearestKnown(at);
+    }
+    if (const Place* known = Known(at)) return known;
+  }
+  auto place = Prepare(at);
+  info_.dof = std::max(info_.dof, Index(place->pressed.unknowns));
+  info_.precompute_s += place->took;
+  const Place* const found = place.get();
+  Keep(std::move(place));
+  return found;
+}
+
+std::optional<ExtrudedModel::Position> ExtrudedModel::Unsolved() const {
+  constexpr std::array kAhead{1, -1, 2, -2, 3, -3};  // elements
+  if (!wanted_) return std::nullopt;
+  if (Known(*wanted_) == nullptr) return wanted_;
+  for (const int ahead : kAhead) {
+    const int element = (wanted_->element + ahead + mesh_.size()) % mesh_.size();
+    const Position at{element, mesh_.elements[Index(element)].midpoint(), wanted_->width};
+    if (Known(at) == nullptr) return at;
+  }
+  return std::nullopt;
+}
+
+void ExtrudedModel::SolveWanted(const std::stop_token& stop) {
+  const OrdinaryPriority ordinary;
+  while (!stop.stop_requested()) {
+    std::optional<Position> next;
+    {
+      std::unique_lock lock(places_mutex_);
+      asked_.wait(lock, stop, [&] { return (next = Unsolved()).has_value(); });
+    }
+    if (next && !stop.stop_requested()) Keep(Prepare(*next));
+  }
 }
 
 void ExtrudedModel::ComputeResponses(std::span<const Contact> contacts,
@@ -138,8 +208,20 @@ void ExtrudedModel::ComputeResponses(std::span<const Contact> contacts,
       return;
     }
     const Contact& contact = contacts.front();
-    const Place* place = Find(contact);
-    if (place == nullptr) return;
+    const auto at = PositionOf(contact);
+    if (!at) {
+      Fail("no element at a contact point");
+      return;
+    }
+    const Place* place = Find(*at);
+    if (place == nullptr) {
+      Fail(kBeingComputed);
+      return;
+    }
+    if (!place->is_solved) {
+      Fail("the body under the tool could not be meshed or solved");
+      return;
+    }
     if (place->is_held()) {
       Fail("the tool touches what is held");
       return;
@@ -160,6 +242,10 @@ void ExtrudedModel::ComputeResponses(std::span<const Contact> contacts,
     if (moved.norm() > params_.range * larger_side_) {
       response.validity = Validity::kExtrapolated;
       response.flag_reason = kBeyondRange;
+    }
+    if (!(place->at == *at)) {
+      response.validity = Validity::kExtrapolated;
+      response.flag_reason = kBeingComputed;
     }
     shown_ = place;
     moved_O_ = moved;
