@@ -70,7 +70,10 @@ Verdict ExamineQuality(const CameraSample& sample) {
 class RepeatedImageCheck final : public Check<CameraSample> {
  public:
   // `noise`: of the first image [1/255 of full scale].
-  explicit RepeatedImageCheck(double noise) : detector_({.has_noise = noise > Limits::kMinNoise}) {}
+  explicit RepeatedImageCheck(double noise)
+      : detector_({.learning = Limits::kLearning,
+                   .noisy_share = Limits::kNoisyShare,
+                   .has_noise = noise > Limits::kMinNoise}) {}
 
   void Examine(const CameraSample& sample, Findings* findings) noexcept override {
     if (!detector_.Repeats(sample.image)) return;

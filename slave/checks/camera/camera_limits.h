@@ -23,6 +23,10 @@ struct CameraLimits {
   static constexpr double kOverexposed = 1.15;
   // Noise of a real camera [1/255 of full scale].
   static constexpr double kMinNoise = 0.5;
+  // Images in which less noise is found, and share of the image that it changes: the tool moves in
+  // a smaller one. [by definition]
+  static constexpr int kLearning = 30;
+  static constexpr double kNoisyShare = 0.9;
   // Smallest sigma of a tip that is only roughly known: in pixels, and relative to the indentation
   // [-].
   static constexpr double kRoughTip = 0.4, kRough = 0.12;
