@@ -1,6 +1,7 @@
 #include "slave/live/latest_estimate.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <string>
 
@@ -82,13 +83,12 @@ bool LatestEstimate::Touches() const {
          std::ranges::any_of(estimate.fingers, touches);
 }
 
-bool LatestEstimate::TouchesSurely() const {
+bool LatestEstimate::TouchesAsFarAsKnown() const {
+  constexpr std::array kRestUnknown{FailedCheck::kRegistration, FailedCheck::kCameraMotion,
+                                    FailedCheck::kRestShape, FailedCheck::kRestDrift};
   const ContactEstimate estimate = Get();
-  const bool is_beyond_model =
-      estimate.validity == Validity::kExtrapolated && estimate.check == FailedCheck::kModelRange;
-  const bool is_sure = estimate.validity == Validity::kValid ||
-                       estimate.validity == Validity::kPunctured || is_beyond_model;
-  return is_sure && Touches();
+  if (estimate.validity == Validity::kTrackingLost) return false;
+  return std::ranges::find(kRestUnknown, estimate.check) == kRestUnknown.end() && Touches();
 }
 
 std::vector<SampleTrace> LatestEstimate::TracesSince(Time sensed_at) const {

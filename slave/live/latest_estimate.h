@@ -41,9 +41,9 @@ class LatestEstimate {
   // Returns whether the tool or a fingertip touches the object according to the last estimate, with
   // any validity.
   [[nodiscard]] bool Touches() const;
-  // Returns whether the tool touches by an estimate that no check contradicts. An estimate of a
-  // lost tip or a moved camera shows no contact.
-  [[nodiscard]] bool TouchesSurely() const;
+  // Returns whether the tool touches, also if the contact is flagged. A lost tip shows no contact,
+  // and neither does an estimate whose rest state is wrong, which only a new one can correct.
+  [[nodiscard]] bool TouchesAsFarAsKnown() const;
   // Returns at most a few hundred traces, the newest ones; see Slave.
   [[nodiscard]] std::vector<SampleTrace> TracesSince(Time sensed_at) const;
   Events TakeEvents();

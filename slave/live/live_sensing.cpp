@@ -1,6 +1,8 @@
 #include "slave/live/live_sensing.h"
 
 #include <algorithm>
+#include <condition_variable>
+#include <mutex>
 #include <stdexcept>
 #include <utility>
 
@@ -14,6 +16,7 @@ namespace palpate {
 namespace {
 
 constexpr std::chrono::milliseconds kFirstSampleWait(50);  // after a client began to watch
+constexpr std::chrono::seconds kRetryAfter(1);             // after a sample that broke the sensing
 
 }  // namespace
 
@@ -76,19 +79,24 @@ void LiveSensing::RequestReset() {
 
 void LiveSensing::Run(const std::stop_token& stop) {
   MakeThreadRealtime(kSensingPriority);
-  try {
-    const auto report = [this](double wait) { parts_.newest.SetIdleWait(wait); };
-    bool is_new = parts_.settings.sensing_info().is_awaited;
-    while (Step(stop)) {
-      if (std::exchange(is_new, false)) ReportIntroduction();
-      throttle_.Wait(stop, report);
+  const auto report = [this](double wait) { parts_.newest.SetIdleWait(wait); };
+  bool is_new = parts_.settings.sensing_info().is_awaited;
+  while (!stop.stop_requested()) {
+    try {
+      while (Step(stop)) {
+        if (std::exchange(is_new, false)) ReportIntroduction();
+        throttle_.Wait(stop, report);
+      }
+      if (stop.stop_requested()) return;
+      return parts_.newest.RaiseAlarm(
+          "source", parts_.settings.sensing_info().source + ": the source has ended");
+    } catch (const std::exception& e) {
+      parts_.newest.RaiseAlarm("sensing", e.what());
     }
-    if (!stop.stop_requested()) {
-      parts_.newest.RaiseAlarm("source",
-                               parts_.settings.sensing_info().source + ": the source has ended");
-    }
-  } catch (const std::exception& e) {
-    parts_.newest.RaiseAlarm("sensing", e.what());
+    // The next sample may be usable. Until then the state is kStale.
+    std::mutex none;
+    std::unique_lock lock(none);
+    std::condition_variable_any().wait_for(lock, stop, kRetryAfter, [] { return false; });
   }
 }
 
@@ -126,7 +134,7 @@ void LiveSensing::Estimate() {
   const TipReading encoders = ReadEncoders(parts_.sense.sensed_at());
   if (reset_wanted_.exchange(false)) {
     const std::lock_guard lock(parts_.mutex);
-    parts_.sense.Reset();
+    parts_.sense.Reset([&port = parts_.port] { return port.view().phase != Phase::kFollowing; });
   }
   parts_.sense.Process();
   trace_.processed_at = Clock::now();

@@ -91,7 +91,7 @@ void LiveSettings::SetParameters(const ParameterChange& change, Progress* progre
 }
 
 void LiveSettings::RefuseUnlessFree() const {
-  palpate::RefuseUnlessFree(*port_, newest_->TouchesSurely());
+  palpate::RefuseUnlessFree(*port_, newest_->TouchesAsFarAsKnown());
 }
 
 }  // namespace palpate

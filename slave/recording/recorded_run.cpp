@@ -98,7 +98,9 @@ class Again {
   // Returns false if the step's sample is missing because the recording is truncated.
   bool Do(const v1::SenseStep& step) {
     if (step.has_acquired()) return is_acquired_ = slave_->Acquire({});
-    if (step.has_reset() && is_acquired_) sense_.Reset();
+    if (step.has_reset()) is_engaged_ = false;
+    if (step.has_engaged()) is_engaged_ = true;
+    if (step.has_reset() && is_acquired_) sense_.Reset([this] { return !is_engaged_; });
     if (step.has_estimate()) Estimate(step.estimate());
     if (has_estimate_) DoBetween(step);
     return true;
@@ -184,6 +186,7 @@ class Again {
   StatesFile states_;
   std::unique_ptr<SurfacePatch> patch_ = std::make_unique<SurfacePatch>();
   bool is_acquired_ = false, has_estimate_ = false;
+  bool is_engaged_ = false;  // an operator, since the last reset
   Time start_{};
   RecordedRun run_;
 };

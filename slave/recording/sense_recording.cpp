@@ -91,9 +91,13 @@ class SenseRecording::WatchedSense final : public SensingPipeline {
     Put([&](v1::SenseStep* step) { ToProto(changed, step->mutable_settings()); });
     sense_->Adopt(std::move(prepared), changed);
   }
-  void Reset() override {
+  void Reset(const std::function<bool()>& is_disengaged) override {
     Put([](v1::SenseStep* step) { step->mutable_reset(); });
-    sense_->Reset();
+    sense_->Reset([this, is_disengaged] {
+      const bool goes_on = is_disengaged();
+      if (!goes_on) Put([](v1::SenseStep* step) { step->mutable_engaged(); });
+      return goes_on;
+    });
   }
   [[nodiscard]] SenseInfo info() const override { return sense_->info(); }
   [[nodiscard]] std::vector<StageTimes> Stages() const override { return sense_->Stages(); }

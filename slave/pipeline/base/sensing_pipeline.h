@@ -141,8 +141,9 @@ class SensingPipeline {
   // Uses the prepared parts from now on.
   virtual void Adopt(std::unique_ptr<PreparedModel> prepared, const Scene& changed) = 0;
   // Clears the contact and measures the baseline again: nothing must be in contact. Between Acquire
-  // and Process only.
-  virtual void Reset() = 0;
+  // and Process only. A measurement that takes several samples ends without a result as soon as
+  // `is_disengaged` returns false; it outlives the sensing.
+  virtual void Reset(const std::function<bool()>& is_disengaged) = 0;
 
   [[nodiscard]] virtual SenseInfo info() const = 0;
   [[nodiscard]] virtual std::vector<StageTimes> Stages() const = 0;

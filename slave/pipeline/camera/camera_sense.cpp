@@ -23,6 +23,9 @@ namespace {
 constexpr double kResolved = 0.05;  // resolution of the tip [px]
 constexpr double kTryPeriod = 1;    // time between attempts to measure the baseline [s]
 constexpr int kTries = 10;          // attempts to measure the rest state
+// Smallest gap between tool and object in an image whose object is at rest [px]: several sigma of
+// tip and edge. [by definition]
+constexpr double kClear = 3;
 
 std::unique_ptr<FrameSource> OpenTappedImages(const Scene& scene, const SenseInputs& inputs) {
   if (inputs.player != nullptr) return Tapped(inputs.player->OpenFrames(), inputs.tap);
@@ -100,8 +103,11 @@ CameraSense::CameraSense(const Scene& scene, const SenseInputs& inputs)
       pixel_(scene.sense.Find<Camera>()->pixel),
       plane_(scene.model.plane),
       reason_(ChooseModel(scene).reason),
+      solves_aside_(inputs.solves_aside),
       estimator_(std::make_shared<Estimator>(scene, next_, ReportedTip(scene),
-                                             ObjectPlace::kNearPose, inputs.progress)) {}
+                                             ObjectPlace::kNearPose, inputs.progress)) {
+  if (solves_aside_) estimator_->touch().deformation->SolveAside();
+}
 
 bool CameraSense::Acquire(const std::stop_token& stop) {
   if (std::exchange(is_first_, false)) return true;
@@ -132,16 +138,20 @@ const ContactEstimate& CameraSense::Estimate(const TipReading& encoders) noexcep
   return estimate_;
 }
 
-void CameraSense::Reset() {
-  restarting_ = Restarting{estimator_->ApparentPose()};
+void CameraSense::Reset(const std::function<bool()>& is_disengaged) {
+  restarting_ = Restarting{estimator_->ApparentPose(), is_disengaged};
   estimator_->Reset();
   ReportTrouble({});
 }
 
 bool CameraSense::IsRestartDue() const noexcept {
   if (!restarting_) return false;
-  return restarting_->tries == 0 ||
+  return restarting_->tries == 0 || !restarting_->is_disengaged() ||
          SecondsBetween(restarting_->tried_at, next_.sensed_at) >= kTryPeriod;
+}
+
+void CameraSense::RequireDisengaged() const {
+  if (!restarting_->is_disengaged()) throw std::logic_error("an operator is engaged");
 }
 
 void CameraSense::Restart() noexcept {
@@ -149,7 +159,17 @@ void CameraSense::Restart() noexcept {
   ++restarting_->tries;
   observation_ = estimator_->See(seen_);
   try {
+    RequireDisengaged();
     std::shared_ptr<Estimator> next = MeasureRestState();
+    // What is pressed must not become the rest state.
+    const double clear = kClear * next->tool_view().pixel();
+    if (const double gap = next->GapAtStart(); gap < clear) {
+      throw std::runtime_error(
+          fmt::format("the tool is {:.2g} mm above the object: expected at least {:.2g} mm",
+                      1e3 * gap, 1e3 * clear));
+    }
+    RequireDisengaged();  // the measurement has taken some time
+    if (solves_aside_) next->touch().deformation->SolveAside();
     {
       const std::lock_guard lock(mutex_);
       estimator_ = std::move(next);
@@ -158,7 +178,7 @@ void CameraSense::Restart() noexcept {
     restarting_.reset();
     ReportTrouble({});
   } catch (const std::exception& error) {
-    const bool gives_up = restarting_->tries == kTries;
+    const bool gives_up = restarting_->tries == kTries || !restarting_->is_disengaged();
     ReportTrouble(fmt::format("tracking is not reinitialized{}: {}",
                               gives_up ? ", call ReinitializeTracking again" : " yet",
                               error.what()));
@@ -291,6 +311,7 @@ void CameraSense::Adopt(std::unique_ptr<PreparedModel> prepared, const Scene& ch
   std::unique_ptr<TouchModel> touch(static_cast<TouchModel*>(prepared.release()));
   // The outline in the image may have been measured again meanwhile.
   if (touch->outline != estimator_->registration().seen) touch = estimator_->Prepare(changed);
+  if (solves_aside_) touch->deformation->SolveAside();
   estimator_->Adopt(std::move(touch), changed);
   scene_ = changed;
 }

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <optional>
 #include <string>
@@ -38,9 +39,10 @@ class CameraSense final : public SensingPipeline {
   [[nodiscard]] std::unique_ptr<PreparedModel> Prepare(const Scene& changed,
                                                        Progress* progress) const override;
   void Adopt(std::unique_ptr<PreparedModel> prepared, const Scene& changed) override;
-  // Measures tip, template and rest edge again in the next image, wherever the object is. If that
-  // fails, the old ones stay and health() states why. It tries one image each second, ten in all.
-  void Reset() override;
+  // Measures tip, template and rest edge again in the next image in which the tool is clear of the
+  // object, wherever that is. If that fails, the old ones stay and health() states why. It tries
+  // one image each second, ten in all.
+  void Reset(const std::function<bool()>& is_disengaged) override;
   // The last estimate, for the present pose of the object.
   [[nodiscard]] const ContactEstimate& estimate() const { return estimate_; }
   [[nodiscard]] SenseInfo info() const override;
@@ -60,6 +62,8 @@ class CameraSense final : public SensingPipeline {
   [[nodiscard]] bool IsRestartDue() const noexcept;
   // Measures the rest state in the last image.
   void Restart() noexcept;
+  // Throws std::logic_error if an operator has engaged since Reset.
+  void RequireDisengaged() const;
   // Throws the exceptions of Estimator.
   [[nodiscard]] std::shared_ptr<Estimator> MeasureRestState() const;
   void ReportTrouble(const std::string& trouble);
@@ -74,6 +78,7 @@ class CameraSense final : public SensingPipeline {
   // State of a new measurement of the rest state.
   struct Restarting {
     Eigen::Isometry3d X_SO;  // pose of the object in the image before
+    std::function<bool()> is_disengaged;
     int tries = 0;
     Time tried_at{};  // time of the last tried image
   };
@@ -82,6 +87,7 @@ class CameraSense final : public SensingPipeline {
   double pixel_;                           // [m]
   Plane plane_;
   std::string reason_;
+  const bool solves_aside_;                 // see SenseInputs
   mutable PriorityInheritanceMutex mutex_;  // guards `trouble_`, and the pointer for Prepare
   std::shared_ptr<Estimator> estimator_;
   std::string trouble_;  // why the rest state is not measured again; empty: it is

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <numbers>
 #include <stdexcept>
 
@@ -123,6 +124,15 @@ std::string_view Estimator::flag_reason() const {
   if (!touch_->domain.flag_reason().empty()) return touch_->domain.flag_reason();
   const bool by_model = estimate_.check == FailedCheck::kModelRange;
   return by_model && estimate_.reason != kBeyondRange ? estimate_.reason : std::string_view();
+}
+
+double Estimator::GapAtStart() noexcept {
+  const TipObservation& tip = observation_.tip;
+  if (!tip.found) return std::numeric_limits<double>::infinity();
+  touch_->probe->Reset();
+  const double gap = touch_->probe->Move(ToolAt(tool_view_.ToSlave(tip.p_I)).centre_O).gap;
+  touch_->probe->Reset();
+  return gap;
 }
 
 Eigen::Isometry3d Estimator::ApparentPose() const {

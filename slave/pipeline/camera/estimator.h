@@ -91,6 +91,9 @@ class Estimator {
   // Motion of the object since the first image, S; zero if the camera moves, or if the tool
   // position is unknown.
   [[nodiscard]] const SurfaceMotion& motion() const { return agreement_.motion(); }
+  // Distance of the tool from the object in the image of the construction [m]; infinite: the image
+  // shows no tip. Before the first Estimate.
+  [[nodiscard]] double GapAtStart() noexcept;
   // Pose of the object as the last image shows it, X_SO: a motion of the camera moves it too.
   [[nodiscard]] Eigen::Isometry3d ApparentPose() const;
   // Returns the object's edge in the last image; null: the scene tracks no contour, so the tip is

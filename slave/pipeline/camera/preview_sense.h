@@ -44,7 +44,7 @@ class PreviewSense final : public SensingPipeline {
     return nullptr;
   }
   void Adopt(std::unique_ptr<PreparedModel> /*prepared*/, const Scene& /*changed*/) override {}
-  void Reset() override {}
+  void Reset(const std::function<bool()>& /*is_disengaged*/) override {}
   [[nodiscard]] SenseInfo info() const override {
     SenseInfo info;
     info.source = source_->description();

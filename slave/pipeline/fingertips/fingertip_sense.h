@@ -47,7 +47,7 @@ class FingertipSense final : public SensingPipeline {
     return TactileEstimator::Prepare(changed, progress);
   }
   void Adopt(std::unique_ptr<PreparedModel> prepared, const Scene& changed) override;
-  void Reset() override { estimator_.Reset(); }
+  void Reset(const std::function<bool()>& /*is_disengaged*/) override { estimator_.Reset(); }
   [[nodiscard]] SenseInfo info() const override;
   [[nodiscard]] std::vector<StageTimes> Stages() const override;
   std::unique_ptr<OfflineReport> OpenOfflineReport(const GroundTruth* truth) override;

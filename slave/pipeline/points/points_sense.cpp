@@ -170,7 +170,7 @@ void PointsSense::Adopt(std::unique_ptr<PreparedModel> prepared, const Scene& ch
   held_ = HeldVertices(changed, estimator_->body().surface());
 }
 
-void PointsSense::Reset() {
+void PointsSense::Reset(const std::function<bool()>& /*is_disengaged*/) {
   tracker_->Reset();
   if (estimator_) estimator_->Reset();
   place_.Reset();

@@ -60,7 +60,7 @@ class PointsSense final : public SensingPipeline {
     return estimator_ ? MakeLoadIdentifier(changed, progress) : nullptr;
   }
   void Adopt(std::unique_ptr<PreparedModel> prepared, const Scene& changed) override;
-  void Reset() override;
+  void Reset(const std::function<bool()>& is_disengaged) override;
   [[nodiscard]] SenseInfo info() const override;
   [[nodiscard]] std::vector<StageTimes> Stages() const override;
   std::unique_ptr<OfflineReport> OpenOfflineReport(const GroundTruth* truth) override;

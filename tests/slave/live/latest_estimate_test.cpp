@@ -69,22 +69,28 @@ TEST_F(OperatorPortTest, AStateIsNotSentBeforeItsSampleWasTaken) {
 }
 
 // A tip that was lost in contact, or a moved camera, must not block a change of settings for ever.
-TEST(LatestEstimateTest, AContactThatACheckContradictsIsNotSure) {
+// Other flagged contacts are contacts.
+TEST(LatestEstimateTest, OnlyAContactWithoutAKnownRestStateIsNone) {
   LatestEstimate newest(kEstimateRate, Eigen::Vector3d::Zero());
   ContactEstimate estimate;
   estimate.depth = 2e-3;
-  const auto is_sure = [&](const Verdict& verdict) {
+  const auto touches = [&](const Verdict& verdict) {
     estimate.force = Eigen::Vector3d::Zero();
     estimate.Set(verdict);
     if (!IsForceKnown(verdict.validity)) estimate.force.reset();
     newest.Put(estimate);
     EXPECT_TRUE(newest.Touches());
-    return newest.TouchesSurely();
+    return newest.TouchesAsFarAsKnown();
   };
-  EXPECT_TRUE(is_sure({Validity::kValid}));
-  EXPECT_TRUE(is_sure({Validity::kExtrapolated, FailedCheck::kModelRange}));
-  EXPECT_FALSE(is_sure({Validity::kExtrapolated, FailedCheck::kRegistration}));
-  EXPECT_FALSE(is_sure({Validity::kTrackingLost, FailedCheck::kTip}));
+  EXPECT_TRUE(touches({Validity::kValid}));
+  EXPECT_TRUE(touches({Validity::kFailed}));
+  EXPECT_TRUE(touches({Validity::kExtrapolated, FailedCheck::kModelRange}));
+  EXPECT_TRUE(touches({Validity::kExtrapolated, FailedCheck::kIndentation}));
+  EXPECT_TRUE(touches({Validity::kExtrapolated, FailedCheck::kArm}));
+  EXPECT_FALSE(touches({Validity::kExtrapolated, FailedCheck::kRegistration}));
+  EXPECT_FALSE(touches({Validity::kExtrapolated, FailedCheck::kCameraMotion}));
+  EXPECT_FALSE(touches({Validity::kExtrapolated, FailedCheck::kRestDrift}));
+  EXPECT_FALSE(touches({Validity::kTrackingLost, FailedCheck::kTip}));
 }
 
 TEST(LatestEstimateTest, NoKindOfAlarmCrowdsOutAnother) {

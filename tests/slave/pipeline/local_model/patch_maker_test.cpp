@@ -130,7 +130,7 @@ class WallSense final : public SensingPipeline {
   BoundaryShape Shape(const ShapeParts&) override { return {}; }
   std::unique_ptr<PreparedModel> Prepare(const Scene&, Progress*) const override { return nullptr; }
   void Adopt(std::unique_ptr<PreparedModel>, const Scene&) override {}
-  void Reset() override {}
+  void Reset(const std::function<bool()>& /*is_disengaged*/) override {}
   SenseInfo info() const override { return {}; }
   std::vector<StageTimes> Stages() const override { return {}; }
   std::unique_ptr<OfflineReport> OpenOfflineReport(const GroundTruth*) override { return nullptr; }

@@ -164,7 +164,7 @@ TEST_F(DomedSceneTest, APressIsEstimatedAnywhere) {
 // reported as a load.
 TEST_F(DomedSceneTest, AnOutwardMotionOfTheSurfaceIsNoLoad) {
   for (const double force : {0.5, 1.5, 3.0}) {
-    sense_.Reset();
+    sense_.Reset([] { return true; });
     for (int i = 0; i < 5; ++i) Estimate({{truth_.Over(-0.02, 0.01), force}});
     const ContactEstimate& estimate = Estimate({});
     EXPECT_NE(estimate.validity, Validity::kValid) << force;
