@@ -176,6 +176,7 @@ void Devices::Begin(const Disturbance& event) {
     if (answer != *event.reset) throw std::runtime_error("the reset is " + answer + ": " + why);
   }
   command_.p_M = event.command_m.value_or(command_.p_M);
+  command_.velocity = event.device_m_s.value_or(command_.velocity);
   if (event.reconnects.value_or(false)) slave_.driven_arm()->Leave(SimulatedDrivers::kId);
   if (event.stop.value_or(false)) {
     slave_.EmergencyStop("by the table");
@@ -230,26 +231,58 @@ bool Devices::Stroke() {
   return sends;
 }
 
+void Devices::SendCommand() {
+  ++command_.sequence;
+  command_.sent_at = Clock::now();
+  command_.state_sequence = states_;
+  slave_.Command(command_);
+  sent_.push_back(command_);
+  std::size_t back = 0;
+  for (const Disturbance& event : events_) {
+    back = static_cast<std::size_t>(event.resent.value_or(static_cast<int>(back)));
+  }
+  if (back > 0 && sent_.size() > back) slave_.Command(sent_[sent_.size() - 1 - back]);
+  if (sent_.size() > 100) sent_.pop_front();
+}
+
 void Devices::Operate() {
   const bool strokes = operates_ == "inwards" || operates_ == "zigzag" || operates_ == "sideways";
   if (operates_ != "blind") ++states_;
   if (!operates_.empty() && operates_ != "silence" && (!strokes || Stroke())) {
-    ++command_.sequence;
-    command_.sent_at = Clock::now();
-    if (!strokes) command_.engaged = operates_ != "clutch";
-    command_.state_sequence = states_;
-    slave_.Command(command_);
+    if (!strokes) {
+      command_.engaged = operates_ != "clutch";
+      command_.p_M += kTick * command_.velocity;
+    }
+    SendCommand();
   }
+  CompareTarget();
   slave_.Watch();
+}
+
+void Devices::CompareTarget() {
+  const OperatorView view = slave_.Compose(Clock::now());
+  if (view.phase != Phase::kFollowing) return engaged_at_.reset();
+  const Eigen::Vector3d p_S_tip = VectorOf(reported_.p_s_tip());
+  if (!engaged_at_ || engaged_epoch_ != view.epoch) engaged_at_ = {command_.p_M, p_S_tip};
+  engaged_epoch_ = view.epoch;
+  const TeleopTransform& transform = scene_.operator_options.transform;
+  const Eigen::Vector3d led =
+      transform.position_scale * transform.R_SM * (command_.p_M - (*engaged_at_)[0]);
+  off_target_ = std::max(off_target_, ((*engaged_at_)[1] + led - p_S_tip).norm());
+}
+
+Eigen::Vector3d Devices::EncoderOffset() const {
+  Eigen::Vector3d offset(0, 0, 0);
+  for (const Disturbance& event : events_) offset = event.encoders_m.value_or(offset);
+  return offset;
 }
 
 // What the encoders of the manipulator report.
 void Devices::Report(double t, v1::SimulatedTruth truth) {
-  Eigen::Vector3d offset(0, 0, 0);
+  const Eigen::Vector3d offset = EncoderOffset();
   double scale = 1;
   bool reports = true;
   for (const Disturbance& event : events_) {
-    offset = event.encoders_m.value_or(offset);
     scale = event.encoders_scale.value_or(scale);
     reports = event.driver.value_or(reports);
   }
@@ -260,7 +293,7 @@ void Devices::Report(double t, v1::SimulatedTruth truth) {
 }
 
 void Devices::Await(double t, const std::function<v1::SimulatedTruth(double)>& truth_at) {
-  force_ = depth_ = 0;
+  force_ = depth_ = off_target_ = 0;
   for (double at = before_.empty() ? t : t_ + kTick;; at += kTick) {
     if (at > t - kTick / 2) at = t;
     DrivenClock::Reach(DrivenClock::kBegin + Seconds(at));
@@ -381,7 +414,7 @@ Seen Devices::Follow(double t, Site* site) {
   if (before_.empty()) p_S_tip_ = scene_.manipulator.home;
   Await(t, [&](double) {
     const ArmAim aim = slave_.driven_arm()->Aim(Clock::now());
-    if (aim.motion == ArmAim::Motion::kFollow) p_S_tip_ = aim.p_S_tip;
+    if (aim.motion == ArmAim::Motion::kFollow) p_S_tip_ = aim.p_S_tip - EncoderOffset();
     return site->MoveTool(p_S_tip_);
   });
   v1::SimulatedSample sample = site->Take(t);
@@ -438,6 +471,7 @@ Seen Devices::Sense(double t, v1::SimulatedSample sample) {
   Seen seen{.t = t, .state = slave_.Compose(Clock::now()), .truth = sample.truth()};
   seen.force = force_;
   seen.depth = depth_;
+  seen.off_target = off_target_;
   if (!surface_ && seen.state.local_model.known()) surface_ = seen.state.local_model;
   seen.events = slave_.TakeEvents();
   seen.alarms = slave_.Status().alarms;

@@ -1,6 +1,7 @@
 // The devices of a scene and their disturbances, in the same process as a slave on a driven clock.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <deque>
 #include <functional>
@@ -41,6 +42,9 @@ struct Seen {
   // Largest true ones since the sample before [N], [m]. The depth is that below the surface at
   // rest.
   double force = 0, depth = 0;
+  // Largest distance of the tool from where the operator leads it while FOLLOWING, since the sample
+  // before [m].
+  double off_target = 0;
   std::vector<std::string> alarms;
 };
 
@@ -81,7 +85,11 @@ class Devices {
   Seen Sense(double t, v1::SimulatedSample sample);
   void Report(double t, v1::SimulatedTruth truth);
   void Operate();
+  void SendCommand();
   bool Stroke();
+  // Compares the tool with where the operator leads it.
+  void CompareTarget();
+  [[nodiscard]] Eigen::Vector3d EncoderOffset() const;
 
   const Scene& scene_;
   LiveSlave& slave_;
@@ -101,6 +109,11 @@ class Devices {
   bool is_near_ = false;               // to a guard
   std::optional<LocalModel> surface_;  // at rest
   OperatorCommand command_;
+  std::deque<OperatorCommand> sent_;
+  // Device and tool at the beginning of the engagement, M and S.
+  std::optional<std::array<Eigen::Vector3d, 2>> engaged_at_;
+  std::uint32_t engaged_epoch_ = 0;
+  double off_target_ = 0;  // see Seen
   std::uint64_t states_ = 0;
   std::vector<std::uint64_t> stops_;  // numbers of the active stops
 };

@@ -144,6 +144,14 @@ class PromiseTest : public testing::TestWithParam<Row> {
       RecordProperty("guards", std::to_string(ratio));
       is_within(ratio, *expected.guards);
     }
+    if (expected.depth_m) {
+      SCOPED_TRACE("the largest depth of the tool");
+      is_within(largest([](const Seen& one) { return one.depth; }), *expected.depth_m);
+    }
+    if (expected.off_target_m) {
+      SCOPED_TRACE("the largest distance of the tool from where the operator leads it");
+      is_within(largest([](const Seen& one) { return one.off_target; }), *expected.off_target_m);
+    }
     if (expected.force_peak) {
       SCOPED_TRACE("the largest known force");
       const auto force = [](const Seen& one) {

@@ -96,6 +96,8 @@ Disturbance ReadEvent(const YAML::Node& node, const std::string& where) {
   keys.Read("operates", &event.operates);
   keys.Read("pause_s", &event.pause_s);
   keys.Read("command_m", &event.command_m);
+  keys.Read("device_m_s", &event.device_m_s);
+  keys.Read("resent", &event.resent);
   keys.Read("stop", &event.stop);
   keys.Read("reset_of", &event.reset_of);
   keys.Finish();
@@ -117,6 +119,8 @@ Expectation ReadExpectation(const YAML::Node& node, const std::string& where) {
   keys.Read("tip_error_m", &expected.tip_error_m);
   keys.Read("tip_travel_m", &expected.tip_travel_m);
   keys.Read("guards", &expected.guards);
+  keys.Read("depth_m", &expected.depth_m);
+  keys.Read("off_target_m", &expected.off_target_m);
   keys.Read("age_s", &expected.age_s);
   keys.Read("sigma", &expected.sigma);
   keys.Read("error_by_sigma", &expected.error_by_sigma);

@@ -45,10 +45,12 @@ struct Disturbance {
   // engage in a new epoch, follow, clutch, silence, blind (no newer state), leave; or strokes into
   // the surface, each in an epoch of its own: inwards, zigzag, sideways (from 0.8 of a guard)
   std::optional<std::string> operates;
-  std::optional<double> pause_s;             // between strokes
-  std::optional<Eigen::Vector3d> command_m;  // the device's position from now on, M
-  std::optional<bool> stop;                  // emergency stop; false: reset of the newest
-  std::optional<int> reset_of;               // reset of this stop, from 1; it may be refused
+  std::optional<double> pause_s;              // between strokes
+  std::optional<Eigen::Vector3d> command_m;   // the device's position from now on, M
+  std::optional<Eigen::Vector3d> device_m_s;  // the device's velocity from now on, M
+  std::optional<int> resent;                  // each command is followed by the one before so many
+  std::optional<bool> stop;                   // emergency stop; false: reset of the newest
+  std::optional<int> reset_of;                // reset of this stop, from 1; it may be refused
 };
 
 // Required states for samples within [from, to], times as above. Absent members are not compared.
@@ -65,6 +67,9 @@ struct Expectation {
   std::optional<double> tip_travel_m;  // smallest of the largest distance from the first tip
   // Range of the largest true force or depth, relative to its guard.
   std::optional<std::array<double, 2>> guards;
+  // Ranges of the largest true depth below the surface at rest, and of the largest distance of the
+  // tool from where the operator leads it while FOLLOWING.
+  std::optional<std::array<double, 2>> depth_m, off_target_m;
   std::optional<std::array<double, 2>> age_s;  // range, since the sample was taken
   std::optional<std::array<double, 2>> sigma;  // range of all known sigmas [N]
   // Range of the rms of error / sigma of valid forces in contact [-].
