@@ -15,7 +15,8 @@ namespace palpate {
 // A received state.
 struct ReceivedState {
   SlaveState state;
-  Time received_at{};       // master's clock
+  // Master's clock. If observed: when it would have arrived by the fastest way.
+  Time received_at{};
   double clock_offset = 0;  // slave's clock minus master's [s], by the best of recent round trips
   double round_trip = 0;    // of the newest echoed command [s]
   bool ended = false;       // the stream ended after this one

@@ -56,6 +56,28 @@ LinkStats::Times TimesOf(const LatencyHistogram& times) {
 }
 
 // Returns the time until the next attempt after a stream that ended with `reason`.
+// The slave's clock by states that answer no command: the fastest one of the last 10 to 20 s counts
+// as one that has travelled no time.
+class ObservedClock {
+ public:
+  // Returns slave's minus master's clock [s].
+  double Add(const SlaveState& state, Time now) noexcept {
+    constexpr double kRemembered = 10;  // [s]
+    newest_ = std::max(newest_, SecondsBetween(now, state.sent_at));
+    const double fastest = std::max(newest_, before_);
+    if (SecondsBetween(began_, now) > kRemembered) {
+      before_ = std::exchange(newest_, kNone);
+      began_ = now;
+    }
+    return fastest;
+  }
+
+ private:
+  static constexpr double kNone = -std::numeric_limits<double>::infinity();
+  double newest_ = kNone, before_ = kNone;
+  Time began_{};
+};
+
 milliseconds PauseAfter(v1::ErrorReason reason, Backoff* backoff) {
   if (reason == v1::ERROR_REASON_LEASE_HELD) return kLeaseRetry;
   return reason == v1::ERROR_REASON_LEASE_LOST ? kLostLeaseRetry : backoff->Next();
@@ -133,6 +155,7 @@ struct SlaveLink::Parts {
   LatestValue<RemoteSettings>* settings = nullptr;
   bool operates = true;
   std::atomic<std::uint32_t> read_revision{0};
+  ObservedClock observed_clock;  // of the thread that observes
   std::atomic<bool> rereads{false}, denied{false};
 
   mutable PriorityInheritanceMutex mutex;  // guards the members below
@@ -319,10 +342,11 @@ void SlaveLink::Parts::Observe(std::optional<milliseconds> duration, const std::
     if (!state) continue;
     const Time now = Clock::now();
     Keep(*state, {std::exchange(message, std::make_shared<v1::SlaveState>()), now});
-    // Without an echo the clocks are compared as if the state had travelled no time.
+    // A state that has waited on the link is old, although it has just arrived.
+    const double offset = observed_clock.Add(*state, now);
     states->Put({.state = *state,
-                 .received_at = now,
-                 .clock_offset = SecondsBetween(now, state->sent_at),
+                 .received_at = state->sent_at - Seconds(offset),
+                 .clock_offset = offset,
                  .observed = true});
     if (state->settings_revision != read_revision) break;
   }

@@ -1,24 +1,128 @@
 """An emergency stop after a reset remains, whatever the network does to the two calls.
 
 PALPATE_STOPS: number of trials with raw calls (default 40). There are 2 / 15 as many trials with the master, at least
-5.
+5, and half as many random sequences of two stations and an observer.
 """
 import os
+import pathlib
 import pty
 import random
+import re
+import signal
 import subprocess
 import tempfile
-import pathlib
+import threading
 import time
 import unittest
 
 from programs import BARE, BIN, BLOCK, MASTER, PATIENCE, SLAVE, FolderTest, Slave, operate, wait_until
+from setups import LiveCamera, SetupSlave, first_image
 from stalled_link import StalledLink
 
 TRIALS = int(os.environ.get("PALPATE_STOPS", 40))
 MASTER_TRIALS = max(5, TRIALS * 2 // 15)
+SEQUENCES = TRIALS // 2
+AT_ONCE = 4  # slaves, each with its stations
 MODES = ("stalled", "open", "cut", "own connections", "slow disk")
 ANSWER = 20  # [s]
+
+
+class Station:
+    """A master that stops by SIGUSR1 and resets by SIGUSR2. `said`: its states, each with the time of its line."""
+
+    def __init__(self, address, *arguments):
+        self.process = subprocess.Popen([MASTER, "connect", address, "--duration", "3600", *arguments], stdin=subprocess.DEVNULL,
+                                        stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, env=BARE)
+        self.said = []
+        self.reader = threading.Thread(target=self.read, daemon=True)
+        self.reader.start()
+
+    def read(self):
+        for line in self.process.stdout:
+            for word in re.findall(r"\bs  ([A-Z_]+) ", line):
+                self.said.append((time.monotonic(), word))
+
+    def state(self):
+        return self.said[-1][1] if self.said else ""
+
+    def stop(self):
+        self.process.send_signal(signal.SIGUSR1)
+
+    def reset(self):
+        self.process.send_signal(signal.SIGUSR2)
+
+    def close(self):
+        self.process.terminate()
+        self.process.wait(PATIENCE)
+        self.reader.join(PATIENCE)
+        self.process.stdout.close()
+
+
+class Site:
+    """A slave and three stations, the second behind a link that can be stalled and cut. Of a simulated scene the first operates and
+    the others watch, until the lease is free; during a set-up all watch."""
+
+    def __init__(self, slave, test):
+        self.test, self.slave = test, slave
+        self.stub = test.client(slave.address)
+        self.link = StalledLink(slave.address).__enter__()
+        self.stations = [Station(slave.address, "--name", "first")]
+        test.assertTrue(wait_until(lambda: self.stations[0].state() in ("FOLLOWING", "DISCONNECTED")))
+        self.stations += [Station(self.link.address, "--name", "second"), Station(slave.address, "--name", "third")]
+        self.phases, self.ended = [], threading.Event()
+        threading.Thread(target=self.watch, daemon=True).start()
+
+    def watch(self):
+        """Notes when the slave was in ESTOP."""
+        while not self.ended.wait(0.02):
+            asked = time.monotonic()
+            is_stopped = self.is_stopped()
+            self.phases.append((asked, time.monotonic(), is_stopped))
+
+    def is_stopped(self):
+        return self.stub.GetStatus(self.test.messages.GetStatusRequest(), timeout=ANSWER).phase == self.test.states.PHASE_ESTOP
+
+    def close(self):
+        self.ended.set()
+        for station in self.stations:
+            station.close()
+        self.link.__exit__()
+
+    def claims(self, since):
+        """Returns the times at which a station said ESTOP [s], although the slave had not been in it for two seconds."""
+        asked = [begin for begin, _, _ in self.phases if begin > since - 2]
+        between = 0.1 + max((later - earlier for earlier, later in zip(asked, asked[1:])), default=0)  # two looks at the slave
+        stopped = [begin for begin, _, is_stopped in self.phases if is_stopped]
+        return [at - since for station in self.stations for at, state in station.said
+                if state == "ESTOP" and at > since and not any(at - 2 < when < at + between for when in stopped)]
+
+    def sequence(self, dice):
+        """Stops and resets at random. Returns what was wrong."""
+        first, second, _ = self.stations
+        acts = {"stop 1": first.stop, "stop 2": second.stop, "reset 1": first.reset, "reset 2": second.reset, "stall": self.link.stall,
+                "release": self.link.release, "cut": self.link.cut}
+        begin, done = time.monotonic(), []
+        while time.monotonic() - begin < 3.5:
+            done.append(dice.choice(list(acts)))
+            acts[done[-1]]()
+            time.sleep(dice.choice((0, 0.02, 0.1, 0.5, 1)) * dice.uniform(0.5, 1.5))
+        self.link.release()
+        wrong = []
+        pressed = [act for act in done if act[:4] in ("stop", "rese")]
+        if pressed and pressed[-1].startswith("stop"):
+            if not wait_until(self.is_stopped, patience=15):
+                wrong.append("the last stop is undone")
+        time.sleep(1)
+        if not wait_until(lambda: all((station.state() == "ESTOP") == self.is_stopped() for station in self.stations), patience=20):
+            wrong.append(f"the slave is {'' if self.is_stopped() else 'not '}stopped, the stations say " +
+                         ", ".join(station.state() for station in self.stations))
+        wrong += [f"a station says ESTOP at {at:.2f} s" for at in self.claims(begin)]
+        if self.is_stopped():  # for the next sequence
+            first.reset()
+            if not wait_until(lambda: not self.is_stopped(), patience=15):
+                wrong.append("the operator cannot reset the stop")
+            wait_until(lambda: all(station.state() != "ESTOP" for station in self.stations), patience=20)
+        return [f"{words}: {', '.join(done)}" for words in wrong]
 
 
 class Stops(FolderTest):
@@ -155,6 +259,34 @@ class Stops(FolderTest):
         print(f"keys of the master: free after a later stop in {free} of {MASTER_TRIALS} trials", flush=True)
         self.assertEqual(free, 0)
         self.assertNotIn("no terminal", (self.out / "output").read_text())
+
+    def sequences(self, number, slave, count, wrong):
+        site = Site(slave, self)
+        try:
+            if not wait_until(lambda: all(station.state() for station in site.stations), patience=30):
+                wrong.append("a station says nothing")
+            dice = random.Random(number)
+            for _ in range(count):
+                wrong += site.sequence(dice)
+        except Exception as error:
+            wrong.append(repr(error))
+        finally:
+            site.close()
+
+    def test_what_stations_say_while_they_stop_and_reset_at_random(self):
+        camera = LiveCamera(first_image(self.out / "images"))
+        self.addCleanup(camera.close)
+        slaves = [self.serve() for _ in range(AT_ONCE - 1)]
+        slaves.append(self.enter(SetupSlave(self.out / "set-up", camera, self.out / "bin")))
+        wrong = []
+        threads = [threading.Thread(target=self.sequences, args=(number, slave, SEQUENCES // AT_ONCE, wrong))
+                   for number, slave in enumerate(slaves)]
+        for thread in threads:
+            thread.start()
+        for thread in threads:
+            thread.join()
+        print(f"{SEQUENCES // AT_ONCE * AT_ONCE} sequences, {len(wrong)} wrong", flush=True)
+        self.assertEqual(wrong, [])
 
     def test_a_master_without_a_terminal_names_the_signals(self):
         slave = self.serve()
