@@ -13,8 +13,8 @@ namespace palpate::robustness {
 namespace {
 
 constexpr const char* kHeader =
-    "sense,stage,case,demand,samples,valid,silent,rms_percent,worst_percent,sigma_percent,z,holds,"
-    "why\n";
+    "sense,stage,case,demand,samples,valid,touching,silent,rms_percent,worst_percent,"
+    "sigma_percent,z,holds,why\n";
 
 // Removes characters that separate cells and rows.
 std::string Cell(std::string text) {
@@ -38,9 +38,9 @@ void Append(const Row& row, const std::filesystem::path& file) {
   std::ofstream stream(file, std::ios::app);
   if (is_new) stream << kHeader;
   const Score& s = row.score;
-  stream << fmt::format("{},{},{},{},{},{},{},{:.4g},{:.4g},{:.4g},{:.4g},{},{}\n", row.sense,
+  stream << fmt::format("{},{},{},{},{},{},{},{},{:.4g},{:.4g},{:.4g},{:.4g},{},{}\n", row.sense,
                         row.stage, Cell(row.name), InWords(row.demand), s.samples, s.valid,
-                        s.silent, 100 * s.rms, 100 * s.worst, 100 * s.sigma, s.z,
+                        s.touching, s.silent, 100 * s.rms, 100 * s.worst, 100 * s.sigma, s.z,
                         row.holds() ? "yes" : "no", Cell(s.why))
          << std::flush;
   if (!stream.good()) throw std::runtime_error(file.string() + ": cannot be written");
@@ -65,6 +65,7 @@ std::vector<Row> ReadRows(const std::filesystem::path& file) {
             {}};
     row.score = {count("samples"),
                  count("valid"),
+                 count("touching"),
                  count("silent"),
                  number("rms_percent") / 100,
                  number("worst_percent") / 100,
@@ -91,7 +92,7 @@ std::string InWords(const Row& row) {
 
 std::string Summary(std::span<const Row> rows) {
   struct Sum {
-    std::size_t rows = 0, held = 0, samples = 0, silent = 0;
+    std::size_t rows = 0, held = 0, touching = 0, silent = 0;
   };
   std::map<std::string, Sum> sums;
   for (const Row& row : rows) {
@@ -99,15 +100,15 @@ std::string Summary(std::span<const Row> rows) {
       Sum& sum = sums[of];
       ++sum.rows;
       sum.held += row.holds() ? 1 : 0;
-      sum.samples += row.score.samples;
+      sum.touching += row.score.touching;
       sum.silent += row.score.silent;
     }
   }
   std::string text;
   for (const auto& [sense, sum] : sums) {
     text += fmt::format(
-        "{}: {} of {} rows hold; undetected errors: {} of {} estimates ({:.2f} %)\n", sense,
-        sum.held, sum.rows, sum.silent, sum.samples, Percent(sum.silent, sum.samples));
+        "{}: {} of {} rows hold; undetected errors: {} of {} valid forces in contact ({:.2f} %)\n",
+        sense, sum.held, sum.rows, sum.silent, sum.touching, Percent(sum.silent, sum.touching));
   }
   return text;
 }

@@ -141,6 +141,7 @@ class Tally {
 
   Score Finish() {
     if (!sigmas_.empty()) {
+      score_.touching = sigmas_.size();
       const auto count = static_cast<double>(sigmas_.size());
       score_.rms = std::sqrt(squares_ / count);
       score_.z = std::sqrt(ratios_ / count);

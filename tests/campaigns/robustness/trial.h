@@ -23,7 +23,8 @@ inline constexpr double kRightValid = 0.8;  // of all samples
 
 // Counts over the samples after rest; for pinches, over each finger.
 struct Score {
-  std::size_t samples = 0, valid = 0, silent = 0;
+  // Of all samples: flagged or not, in contact or not; `touching`: valid ones in contact.
+  std::size_t samples = 0, valid = 0, touching = 0, silent = 0;
   // Error of forces that are `valid` and in contact, relative to the largest true force [-].
   double rms = 0;
   double worst = 0;  // largest error of the same forces, relative to the largest true force [-]
