@@ -28,7 +28,7 @@ class Tree:
         self.folder = folder
         folder.parent.mkdir(parents=True, exist_ok=True)
         shared = folder.parent / "shared"  # tests look for this folder beside the tree
-        if not shared.is_symlink():
+        if not shared.exists():
             shared.symlink_to(ROOT.parent / "shared")
         if not folder.exists():
             self.git(ROOT, "worktree", "prune")
