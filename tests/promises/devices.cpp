@@ -256,7 +256,9 @@ void Devices::Operate() {
     SendCommand();
   }
   CompareTarget();
-  slave_.Watch();
+  int every = 1;
+  for (const Disturbance& event : events_) every = event.watch_every.value_or(every);
+  if (++ticks_ % every == 0) slave_.Watch();
 }
 
 void Devices::CompareTarget() {

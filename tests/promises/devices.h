@@ -110,6 +110,7 @@ class Devices {
   std::optional<LocalModel> surface_;  // at rest
   OperatorCommand command_;
   std::deque<OperatorCommand> sent_;
+  long ticks_ = 0;
   // Device and tool at the beginning of the engagement, M and S.
   std::optional<std::array<Eigen::Vector3d, 2>> engaged_at_;
   std::uint32_t engaged_epoch_ = 0;

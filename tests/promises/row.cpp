@@ -98,6 +98,7 @@ Disturbance ReadEvent(const YAML::Node& node, const std::string& where) {
   keys.Read("command_m", &event.command_m);
   keys.Read("device_m_s", &event.device_m_s);
   keys.Read("resent", &event.resent);
+  keys.Read("watch_every", &event.watch_every);
   keys.Read("stop", &event.stop);
   keys.Read("reset_of", &event.reset_of);
   keys.Finish();

@@ -49,6 +49,7 @@ struct Disturbance {
   std::optional<Eigen::Vector3d> command_m;   // the device's position from now on, M
   std::optional<Eigen::Vector3d> device_m_s;  // the device's velocity from now on, M
   std::optional<int> resent;                  // each command is followed by the one before so many
+  std::optional<int> watch_every;             // ticks of 2 ms between two looks of the watchdog
   std::optional<bool> stop;                   // emergency stop; false: reset of the newest
   std::optional<int> reset_of;                // reset of this stop, from 1; it may be refused
 };
