@@ -1,9 +1,11 @@
 #include "slave/mechanics/extruded/extruded_model.h"
 
 #include <array>
+#include <chrono>
 #include <cmath>
 #include <span>
 #include <string>
+#include <thread>
 #include <utility>
 #include <vector>
 
@@ -178,6 +180,28 @@ TEST(ExtrudedModel, WhatItCannotAnswerFailsWithAReason) {
   block.model->Respond(two, responses);
   EXPECT_EQ(responses[0].validity, Validity::kFailed);
   EXPECT_EQ(block.Press(0.05, 0.1, 0.011).validity, Validity::kExtrapolated);  // of 100 mm
+}
+
+// A query must not wait for a new place: it gets the answer of the nearest known one, flagged,
+// until another thread has solved it. Reference: a model that solves in the query. The block's top
+// is even, so that the neighbour's force is near.
+TEST(ExtrudedModel, ANewPlaceIsFlaggedUntilAnotherThreadHasSolvedIt) {
+  const std::string scene = ExtrudedScene(100, 60, 0.45, "width: 10 mm, depth: 10 mm");
+  ExtrudedBlock live(scene), waiting(scene);
+  ASSERT_EQ(live.Press(0.05, 0.1, 1e-3).validity, Validity::kValid);
+  live.model->SolveAside();
+  EXPECT_EQ(live.Press(0.05, 0.1, 1e-3).validity, Validity::kValid) << "a known place";
+  const ContactResponse expected = waiting.Press(0.06, 0.1, 1e-3);
+  ContactResponse first = live.Press(0.06, 0.1, 1e-3), last = first;
+  EXPECT_EQ(first.validity, Validity::kExtrapolated);
+  EXPECT_EQ(first.flag_reason, kBeingComputed);
+  EXPECT_LT((first.force_O - expected.force_O).norm(), 0.1 * expected.force_O.norm());
+  while (last.flag_reason == kBeingComputed) {
+    std::this_thread::sleep_for(std::chrono::milliseconds(10));
+    last = live.Press(0.06, 0.1, 1e-3);
+  }
+  EXPECT_EQ(last.validity, Validity::kValid);
+  EXPECT_EQ(last.force_O, expected.force_O);
 }
 
 // Reference: contracts, keys of a tool.
