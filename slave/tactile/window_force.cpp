@@ -10,11 +10,11 @@ namespace {
 
 // Error of networks of electrodes that do not state it: paper B, table I, rnn_21 [N].
 const Eigen::Vector3d kPaperSigma{0.01807, 0.03107, 0.05171};
-constexpr double kLag = 3;           // typical delay of a recurrent network's answer [samples]
-// Delay of other networks [samples]. [measured: the shipped one on three foams, presses at 20 to 100
-// mm/s: 0.10 to 0.35]
+constexpr double kLag = 3;  // typical delay of a recurrent network's answer [samples]
+// Delay of other networks [samples]. [measured: the shipped one on three foams, presses at 20 to
+// 100 mm/s: 0.10 to 0.35]
 constexpr double kPromptLag = 0.25;
-constexpr double kLeap = 0.5;        // share of a sudden change that may be an error
+constexpr double kLeap = 0.5;  // share of a sudden change that may be an error
 
 }  // namespace
 
