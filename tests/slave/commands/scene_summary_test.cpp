@@ -25,7 +25,7 @@ TEST(SceneSummaryTest, DescribeTheSiliconeBlock) {
   const Scene scene = LoadScene(SourcePath("/deploy/scenes/silicone-block.yaml"));
   const std::string words = SceneSummary(scene);
   EXPECT_THAT(words, testing::HasSubstr("rectangle 88 mm x 88 mm, 9 mm thick"));
-  EXPECT_THAT(words, testing::HasSubstr("a gummy bear; 1 mm deep the tool presses with 0.47 N"));
+  EXPECT_THAT(words, testing::HasSubstr("a gummy bear; 1 mm deep the tool presses with 0.46 N"));
 }
 
 }  // namespace
