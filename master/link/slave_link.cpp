@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <limits>
 #include <mutex>
 #include <optional>
 #include <stdexcept>
@@ -55,7 +56,6 @@ LinkStats::Times TimesOf(const LatencyHistogram& times) {
   return {times.Quantile(0.5), times.Quantile(0.99), times.max()};
 }
 
-// Returns the time until the next attempt after a stream that ended with `reason`.
 // The slave's clock by states that answer no command: the fastest one of the last 10 to 20 s counts
 // as one that has travelled no time.
 class ObservedClock {
@@ -78,6 +78,7 @@ class ObservedClock {
   Time began_{};
 };
 
+// Returns the time until the next attempt after a stream that ended with `reason`.
 milliseconds PauseAfter(v1::ErrorReason reason, Backoff* backoff) {
   if (reason == v1::ERROR_REASON_LEASE_HELD) return kLeaseRetry;
   return reason == v1::ERROR_REASON_LEASE_LOST ? kLostLeaseRetry : backoff->Next();

@@ -262,11 +262,10 @@ void Devices::Operate() {
 }
 
 void Devices::CompareTarget() {
-  const OperatorView view = slave_.Compose(Clock::now());
-  if (view.phase != Phase::kFollowing) return engaged_at_.reset();
+  if (slave_.Status().phase != Phase::kFollowing) return engaged_at_.reset();
   const Eigen::Vector3d p_S_tip = VectorOf(reported_.p_s_tip());
-  if (!engaged_at_ || engaged_epoch_ != view.epoch) engaged_at_ = {command_.p_M, p_S_tip};
-  engaged_epoch_ = view.epoch;
+  if (!engaged_at_ || engaged_epoch_ != command_.epoch) engaged_at_ = {command_.p_M, p_S_tip};
+  engaged_epoch_ = command_.epoch;
   const TeleopTransform& transform = scene_.operator_options.transform;
   const Eigen::Vector3d led =
       transform.position_scale * transform.R_SM * (command_.p_M - (*engaged_at_)[0]);

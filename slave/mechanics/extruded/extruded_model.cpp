@@ -250,7 +250,7 @@ void ExtrudedModel::ComputeResponses(std::span<const Contact> contacts,
     shown_ = place;
     moved_O_ = moved;
   } catch (const std::exception&) {
-    Fail("the body under the tool could not be meshed or solved");
+    Fail("out of memory");
   }
 }
 

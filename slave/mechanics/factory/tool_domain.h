@@ -69,9 +69,11 @@ inline constexpr std::string_view kDeepInThickness =
 inline constexpr std::string_view kFlatOnCurved =
     "the flat tool is not deep enough in this curved surface: the model lets it take its shape";
 
-// [measured: corotational against neo-Hookean, 24 % low at a fifth of the height and nu = 0.45]
+// Of the thickness [-]. [measured: corotational against neo-Hookean, 24 % low at a fifth of the
+// height and nu = 0.45] [by definition, for laws of large strains]
 inline constexpr double kDeepest = 0.2, kDeepestByLaw = 0.5;
-// [measured: a disc of 18 mm on a cap of 45 mm: 15 to 22 % too stiff at 3.3, 32 to 40 % at 2.2]
+// Depth relative to the height [-]. [measured: a disc of 18 mm on a cap of 45 mm: 15 to 22 % too
+// stiff at 3.3, 32 to 40 % at 2.2]
 inline constexpr double kDepthPerSagitta = 5;
 
 // Returns the relative error of a plane model's force against a solid [-]; infinite: the tool's

@@ -142,7 +142,7 @@ class SensingPipeline {
   virtual void Adopt(std::unique_ptr<PreparedModel> prepared, const Scene& changed) = 0;
   // Clears the contact and measures the baseline again: nothing must be in contact. Between Acquire
   // and Process only. A measurement that takes several samples ends without a result as soon as
-  // `is_disengaged` returns false; it outlives the sensing.
+  // `is_disengaged` returns false; what it refers to outlives the sensing.
   virtual void Reset(const std::function<bool()>& is_disengaged) = 0;
 
   [[nodiscard]] virtual SenseInfo info() const = 0;

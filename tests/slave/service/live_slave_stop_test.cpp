@@ -1,12 +1,17 @@
-// Emergency stops and resets of the whole slave from several threads.
+// The whole slave: emergency stops and resets from several threads, a camera that fails once.
+#include <chrono>
 #include <filesystem>
 #include <memory>
+#include <optional>
 #include <stdexcept>
 #include <string>
 #include <thread>
 
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <opencv2/core.hpp>
 
+#include "slave/capture/frame_source.h"
 #include "slave/live/live_slave.h"
 #include "slave/scene/scene_loader.h"
 #include "tests/slave/simulator/simulated_devices.h"
@@ -50,6 +55,28 @@ TEST(LiveSlaveStopTest, ToolAndRecordAgreeAfterAStopBesideAReset) {
     ASSERT_TRUE(is_stopped) << "round " << round << ": the reset knew the first stop only";
     slave.Reset(status.stops);
   }
+}
+
+// An image each 10 ms; the third one fails, as a broken driver does.
+class FailingOnce final : public FrameSource {
+ public:
+  std::optional<Frame> Next(const std::stop_token& stop) override {
+    if (stop.stop_requested()) return std::nullopt;
+    std::this_thread::sleep_for(std::chrono::milliseconds(10));
+    if (++count_ == 3) throw std::runtime_error("a damaged image");
+    return Frame{cv::Mat(48, 64, CV_8UC1, cv::Scalar(90)), count_, Clock::now()};
+  }
+  [[nodiscard]] std::string description() const override { return "a camera"; }
+
+ private:
+  std::uint64_t count_ = 0;
+};
+
+TEST(LiveSlaveTest, SensingGoesOnAfterASampleThatBreaksIt) {
+  const auto slave = MakePreviewSlave(
+      Camera{}, [](const ImageFilter& /*filter*/) { return std::make_unique<FailingOnce>(); });
+  while (slave->Status().frames < 10) std::this_thread::sleep_for(std::chrono::milliseconds(10));
+  EXPECT_THAT(slave->Status().alarms, testing::Contains(testing::HasSubstr("a damaged image")));
 }
 
 }  // namespace
