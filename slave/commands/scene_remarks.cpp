@@ -1,9 +1,12 @@
 #include "slave/commands/scene_remarks.h"
 
+#include <cmath>
 #include <stdexcept>
+#include <utility>
 
 #include <spdlog/spdlog.h>
 
+#include "slave/mechanics/factory/choose_model.h"
 #include "slave/scene/scene_text.h"
 #include "slave/solve/object_remarks.h"
 #include "slave/vision/stereo/rig.h"
@@ -47,6 +50,30 @@ std::vector<std::string> RemarksOn(const Scene& scene) {
 
 void LogRemarks(const Scene& scene) {
   for (const std::string& remark : RemarksOn(scene)) spdlog::warn("{}", remark);
+}
+
+Scene LoadRunningScene(const std::filesystem::path& file, const std::vector<std::string>& overrides,
+                       SceneUse use) {
+  Scene scene = LoadScene(file, overrides, use);
+  LogRemarks(scene);
+  if (scene.model.kind != "auto") return scene;
+  scene = WithChosenModel(std::move(scene));
+  spdlog::info("{}: {}", scene.model.kind, scene.model.reason);
+  return scene;
+}
+
+std::string MissingGuards(const ManipulatorOptions& arm) {
+  if (arm.source == ManipulatorOptions::Source::kNone) return {};
+  const bool presses = std::isinf(arm.force_guard), sinks = std::isinf(arm.depth_guard);
+  if (!presses && !sinks) return {};
+  const char* keys = !sinks     ? "manipulator.force_guard is"
+                     : !presses ? "manipulator.depth_guard is"
+                                : "manipulator.force_guard and manipulator.depth_guard are";
+  return fmt::format("{} not set: nothing limits the {} of an operator who engages again and again",
+                     keys,
+                     !sinks     ? "force"
+                     : !presses ? "depth"
+                                : "force and depth");
 }
 
 }  // namespace palpate

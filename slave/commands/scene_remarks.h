@@ -1,10 +1,12 @@
-// Remarks on the files of a scene, which every command that loads it prints.
+// A scene as a command runs it, and the remarks that every command prints.
 #pragma once
 
+#include <filesystem>
 #include <string>
 #include <vector>
 
 #include "slave/scene/scene.h"
+#include "slave/scene/scene_loader.h"
 
 namespace palpate {
 
@@ -15,5 +17,13 @@ namespace palpate {
 std::vector<std::string> RemarksOn(const Scene& scene);
 // Writes them to the log as warnings.
 void LogRemarks(const Scene& scene);
+
+// LoadScene, with the chosen model in the place of `kind: auto`. Logs the remarks, and the choice
+// with its reason.
+Scene LoadRunningScene(const std::filesystem::path& file, const std::vector<std::string>& overrides,
+                       SceneUse use = SceneUse::kFull);
+
+// States in a sentence the risk of a missing force guard or depth guard; empty: both are set.
+std::string MissingGuards(const ManipulatorOptions& arm);
 
 }  // namespace palpate

@@ -8,7 +8,7 @@
 #include "slave/mechanics/factory/make_model.h"
 #include "slave/mechanics/factory/tool_press.h"
 #include "slave/scene/scene_text.h"
-#include "slave/study/auto_model.h"
+#include "slave/study/own_model.h"
 
 namespace palpate {
 namespace {

@@ -11,6 +11,7 @@
 #include "shared/text/text.h"
 #include "slave/identify/magnitude.h"
 #include "slave/identify/specimen_spread.h"
+#include "slave/mechanics/factory/choose_model.h"
 #include "slave/scene/scene_loader.h"
 #include "slave/scene/units.h"
 
@@ -207,7 +208,8 @@ void IdentifyRelaxation(const Requests& requests, const identify::Specimen& spec
 // Identifies a modulus from presses or loads on the scene's object.
 void IdentifyOnScene(const Requests& requests, const IdentifyRequest& options,
                      const IdentifyActions& actions, Progress* progress, IdentifyReport* report) {
-  const Scene scene = LoadScene(options.scene, options.overrides, SceneUse::kSolve);
+  const Scene scene =
+      WithChosenModel(LoadScene(options.scene, options.overrides, SceneUse::kSolve));
   if (actions.remark) actions.remark(scene);
   const auto note = [&](const std::filesystem::path& file, const PressFit& fit) {
     if (!fit.remark.empty()) report->warnings.push_back(file.string() + ": " + fit.remark);
@@ -266,7 +268,7 @@ IdentifyReport Identify(const IdentifyRequest& request, const IdentifyActions& a
   }
   if (!requests.images.empty()) {
     ReportProgress(progress, "images", 0);
-    const Scene scene = LoadScene(request.scene, request.overrides);
+    const Scene scene = WithChosenModel(LoadScene(request.scene, request.overrides));
     if (actions.remark) actions.remark(scene);
     report.images = actions.fit_images(scene, requests.images);
   }

@@ -166,8 +166,7 @@ void LiveSensing::ReportExtrapolation() {
 
 void LiveSensing::ReportDepth(const ContactEstimate& estimate) {
   const std::string alarm = planned_depth_.Update(estimate, parts_.newest.Touches());
-  if (alarm.empty() || parts_.settings.scene().model.decision.reason.empty()) return;
-  parts_.newest.RaiseAlarm("depth", alarm);
+  if (!alarm.empty()) parts_.newest.RaiseAlarm("depth", alarm);
 }
 
 // At the sensed tip, moved by the arm's motion since. While a sample is being estimated, the latest

@@ -28,22 +28,6 @@ nlohmann::ordered_json StageJson(const StageTimes& times) {
   return {{"p50", times.p50_us}, {"p99", times.p99_us}, {"max", times.max_us}};
 }
 
-// The times are in s.
-nlohmann::ordered_json ToJson(const ModelDecision& decision) {
-  auto rejected = nlohmann::ordered_json::array();
-  for (const RejectedModel& one : decision.rejected) {
-    rejected.push_back({{"model", one.model},
-                        {"why", one.why},
-                        {"error", one.error},
-                        {"update_s", one.update},
-                        {"precompute_s", one.precompute}});
-  }
-  return {{"meets", decision.meets},
-          {"error", decision.error},
-          {"update_s", decision.update},
-          {"rejected", std::move(rejected)}};
-}
-
 nlohmann::ordered_json ToJson(const OfflineSummary& s, const Scene& scene) {
   nlohmann::ordered_json json;
   json["scene"] = scene.name;
@@ -61,7 +45,6 @@ nlohmann::ordered_json ToJson(const OfflineSummary& s, const Scene& scene) {
                    {"dof", model.dof},
                    {"precompute_s", model.precompute_s},
                    {"reason", s.sense.reason}};
-  if (!scene.model.decision.reason.empty()) json["model"]["auto"] = ToJson(scene.model.decision);
   json.update(s.own);
   return json;
 }

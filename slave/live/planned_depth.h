@@ -1,4 +1,4 @@
-// Compares the indentation of each contact with the one that `model.kind: auto` was studied for.
+// Compares the indentation of each contact with operator.press.depth, for which the model was chosen.
 #pragma once
 
 #include <string>
@@ -10,7 +10,7 @@ namespace palpate {
 // Used by one thread.
 class PlannedDepth {
  public:
-  // `planned`: indentation that the study assumed [m], > 0.
+  // `planned`: operator.press.depth [m], > 0.
   explicit PlannedDepth(double planned) : planned_(planned), reported_(kDeeper * planned) {}
 
   // Call it for each sample. Returns the text of an alarm when a contact ends that was more than a

@@ -344,6 +344,12 @@ ObjectMesh MeshObject(const Scene& scene, const std::optional<Outline>& seen) {
   return MeshOutline(scene, seen);
 }
 
+bool HoldsByNumber(const Scene& scene) {
+  return std::ranges::any_of(scene.object.fixed, [](const Fixed& fixed) {
+    return std::holds_alternative<FixedNodes>(fixed.where);
+  });
+}
+
 std::vector<std::array<bool, 2>> FixedElementDofs(const Scene& scene, const BoundaryMesh& mesh) {
   const Selection selection(scene, mesh);
   return HeldBy<2>(scene, mesh.size(),

@@ -60,6 +60,8 @@ class TouchableSurface {
   SurfaceMesh skin_;  // of a volume
 };
 
+// Whether nodes or elements are fixed by number: then the numbers belong to one mesh.
+bool HoldsByNumber(const Scene& scene);
 // The components that object.fixed fixes, of every element (2D) or node (3D). Throws
 // std::invalid_argument: an entry without any of them, a node that does not exist.
 std::vector<std::array<bool, 2>> FixedElementDofs(const Scene& scene, const BoundaryMesh& mesh);

@@ -192,7 +192,7 @@ struct SenseMaker {
 ModelOptions Changed(ModelOptions model, const ModelChange& change,
                      std::optional<ObjectClass> object) {
   if (!object) Refuse("kind = " + change.kind, "none, because no force is estimated here");
-  model.decision = {};  // the caller decides instead of `auto`
+  model.reason.clear();
   if (!change.kind.empty()) SetKind(change.kind, *object, &model);
   RequireFriction(model);
   return model;

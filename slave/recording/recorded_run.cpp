@@ -16,13 +16,13 @@
 #include "shared/text/text.h"
 #include "slave/live/live_slave.h"
 #include "slave/live/operator_port.h"
+#include "slave/mechanics/factory/choose_model.h"
 #include "slave/pipeline/base/sensing_pipeline.h"
 #include "slave/pipeline/offline/offline_report.h"
 #include "slave/recording/recorded_samples.h"
 #include "slave/recording/scene_files.h"
 #include "slave/recording/sense_recording.h"
 #include "slave/recording/step_messages.h"
-#include "slave/scene/decided_model.h"
 #include "slave/scene/scene_loader.h"
 
 namespace palpate {
@@ -45,14 +45,9 @@ void Compare(const v1::SenseStep::Estimate& now, const v1::SenseStep::Estimate& 
   if (!is_as_valid) ++differences->validity;
 }
 
-// Replays with the model that ran, because a choice by time may differ on another machine.
 Scene SceneOf(const RecordedBeginning& beginning, const std::filesystem::path& folder) {
-  Scene scene = LoadScene(UnpackSceneFiles(beginning.files, folder), beginning.overrides());
-  const std::string decided = beginning.Value("model");
-  if (!decided.empty() && !ApplyDecided(decided, &scene)) {
-    throw InputError("the model chosen by `kind: auto` cannot be read from this recording");
-  }
-  return scene;
+  return WithChosenModel(
+      LoadScene(UnpackSceneFiles(beginning.files, folder), beginning.overrides()));
 }
 
 // Repeats the steps of a recording with a live slave and compares each new estimate.
@@ -148,9 +143,6 @@ class Again {
     Scene changed = scene_;
     if (settings.kind() != scene_.model.kind) {
       changed.model = Changed(changed.model, {settings.kind()}, sense_.info().object);
-    }
-    if (!settings.decided().empty() && !ApplyDecided(settings.decided(), &changed)) {
-      throw InputError("a recorded decision: expected a kind of model for this object");
     }
     CheckRanges({.young_modulus = settings.young_modulus()});
     changed.object.material.young_modulus = settings.young_modulus();

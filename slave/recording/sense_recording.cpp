@@ -13,7 +13,6 @@
 #include "slave/pipeline/offline/offline_report.h"
 #include "slave/recording/scene_files.h"
 #include "slave/recording/step_messages.h"
-#include "slave/scene/decided_model.h"
 
 namespace palpate {
 namespace {
@@ -134,8 +133,7 @@ class SenseRecording::WatchedSense final : public SensingPipeline {
 
 SenseRecording::SenseRecording(const Scene& scene, const std::vector<std::string>& overrides,
                                Recording::Options options)
-    : overrides_(Joined(overrides)),
-      decided_(scene.model.decision.reason.empty() ? "" : DecidedText(scene)) {
+    : overrides_(Joined(overrides)) {
   options.library = std::string("palpate-slave ") + Version();
   recording_ = std::make_unique<Recording>(std::move(options));
   const SceneFiles files = GatherSceneFiles(scene);
@@ -155,7 +153,6 @@ void SenseRecording::Begin() {
   recording_->Note(kSenseNote, {{"version", Version()},
                                 {"scene", scene_file_},
                                 {"overrides", overrides_},
-                                {"model", decided_},
                                 {"left_out", Joined(left_out_)}});
   has_begun_ = true;
 }

@@ -58,7 +58,6 @@ class SenseRecording final : public SenseRecorder {
 
   std::vector<std::string> left_out_;  // files of the scene that are too large to record
   std::string overrides_;              // one line each
-  std::string decided_;                // decision of `kind: auto`, see DecidedText
   std::string scene_file_;             // name of the scene among the attached files
   std::unique_ptr<Recording> recording_;
   std::atomic<bool> has_begun_{false};  // the beginning of the recording is written

@@ -7,7 +7,6 @@
 #include "shared/text/text.h"
 #include "shared/wire/fields.h"
 #include "shared/wire/state_message.h"
-#include "slave/scene/decided_model.h"
 
 namespace palpate {
 namespace {
@@ -81,7 +80,6 @@ TactileFrame FromProto(const v1::TactileInstant& message) {
 void ToProto(const Scene& scene, v1::SenseStep::Settings* message) {
   message->set_kind(scene.model.kind);
   message->set_young_modulus(scene.object.material.young_modulus);
-  if (!scene.model.decision.reason.empty()) message->set_decided(DecidedText(scene));
 }
 
 Eigen::Vector3d RecordedPosition(const v1::Vec3& message) {

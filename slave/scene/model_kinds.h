@@ -39,7 +39,7 @@ struct ModelKind {
 // cube becomes 4 % stiffer from 0.49 to here]
 inline constexpr double kMaxExtrudedNu = 0.499;
 
-// `auto` is no kind: ChooseModel names one.
+// `auto` is no kind: ChooseModel (mechanics/factory/choose_model.h) names one.
 inline constexpr std::array kModelKinds{
     ModelKind{.name = "bem2d",
               .object = ObjectClass::kOutline,
@@ -75,6 +75,11 @@ inline ObjectClass ClassOf(const Geometry& geometry) {
   if (IsVolume(geometry)) return ObjectClass::kVolume;
   if (std::holds_alternative<DomeGeometry>(geometry)) return ObjectClass::kDome;
   return IsPlanar(geometry) ? ObjectClass::kOutline : ObjectClass::kMembrane;
+}
+// Whether it is a model of an outline with its thickness.
+inline bool IsSolidOutline(std::string_view name) {
+  const ModelKind* kind = FindModelKind(name);
+  return kind != nullptr && kind->object == ObjectClass::kOutline && !kind->is_plane;
 }
 // Whether large deflections or strains are part of the model's own formulation.
 inline bool IsLargeDeformation(const ModelOptions& model) {

@@ -28,20 +28,6 @@ void AddFingertips(const Tactile& tactile, v1::SceneDescription* message) {
   }
 }
 
-void AddDecision(const ModelDecision& decision, v1::SceneDescription::Model* message) {
-  message->set_is_decided(!decision.reason.empty());
-  message->set_meets(decision.meets);
-  message->set_error(decision.error);
-  for (const RejectedModel& one : decision.rejected) {
-    auto* rejected = message->add_rejected();
-    rejected->set_model(one.model);
-    rejected->set_why(one.why);
-    if (std::isfinite(one.error)) rejected->set_error(one.error);
-    if (std::isfinite(one.update)) rejected->set_update(one.update);
-    if (std::isfinite(one.precompute)) rejected->set_precompute(one.precompute);
-  }
-}
-
 void AddCapabilities(const SlaveDescription& description, v1::Capabilities* message) {
   constexpr std::uint32_t kPlanarFreedom = 2, kFreedom = 3, kWithRotation = 6;
   const Scene& scene = description.scene;
@@ -84,7 +70,6 @@ void ToProto(const SlaveDescription& description, v1::SceneDescription* message)
   model->set_plane(scene.model.plane == Plane::kStrain ? "strain" : "stress");
   model->set_contact(std::string(WordOf(scene.model.contact)));
   model->set_range(description.sense.model.range);
-  AddDecision(scene.model.decision, model);
 
   const OperatorOptions& options = scene.operator_options;
   auto* mapping = message->mutable_operator_();

@@ -114,10 +114,4 @@ std::vector<Division> DivisionsOf(const Scene& scene, std::size_t max_dof) {
   return by_cells ? BoxDivisions(scene, *box) : FileDivisions(scene, max_dof);
 }
 
-bool HoldsByNumber(const Scene& scene) {
-  return std::ranges::any_of(scene.object.fixed, [](const Fixed& fixed) {
-    return std::holds_alternative<FixedNodes>(fixed.where);
-  });
-}
-
 }  // namespace palpate::study

@@ -23,7 +23,4 @@ struct Division {
 // node numbers), the latter with fewer than about `max_dof` unknowns.
 std::vector<Division> DivisionsOf(const Scene& scene, std::size_t max_dof);
 
-// Returns whether nodes or elements are fixed by number, which depends on the division.
-bool HoldsByNumber(const Scene& scene);
-
 }  // namespace palpate::study

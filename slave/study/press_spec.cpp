@@ -220,9 +220,6 @@ PressSpec AskedOf(const Scene& scene, const std::vector<Vector3d>& asked_places)
         asked_places.empty() && !HasVolumeStiffness(scene) && !IsTouchedRound(scene);
     for (Press& press : question.presses) press.loaded = loaded;
   }
-  if (KindOf(scene).is_plane && scene.tool && scene.tool->depth) {
-    question.plane_error = PlaneError(scene, *scene.tool, MeshOutline(scene, std::nullopt));
-  }
   question.width = scene.tool ? scene.tool->width : kToolPerSize * question.size;
   question.depth = scene.tool ? std::min(scene.operator_options.press_depth, 0.5 * question.size)
                               : kDefaultDepth * question.size;

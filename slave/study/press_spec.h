@@ -45,8 +45,6 @@ struct PressSpec {
   // For loaded contacts the load that reaches about `depth` [N]; reduced in proportion at the small
   // depth.
   double load = 0;
-  // PlaneError of the tool, if its extent is stated; it is not part of any row's error [-].
-  double plane_error = 0;
   double size = 0;  // larger side of the bounding box, the radius of a membrane [m]
 };
 

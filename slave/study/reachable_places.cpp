@@ -7,10 +7,10 @@
 #include <utility>
 
 #include "shared/mesh/disc_patch.h"
+#include "slave/mechanics/factory/tool_press.h"
 #include "slave/mechanics/object_mesh.h"
 #include "slave/mesh/boundary_patch.h"
 #include "slave/mesh/index.h"
-#include "slave/study/mesh_division.h"
 
 namespace palpate::study {
 namespace {
@@ -142,6 +142,30 @@ std::vector<Vector3d> PlacesOnMembrane(double radius, const std::vector<double>&
   return places;
 }
 
+// Returns whether a volume's reference at several places takes some seconds, not minutes; boxes are
+// always graded quickly.
+bool IsQuicklyGraded(const Scene& scene) {
+  constexpr std::size_t kQuickTets = 3'000;
+  if (HoldsByNumber(scene)) return false;
+  if (std::holds_alternative<BoxGeometry>(scene.object.geometry)) return true;
+  const ObjectMesh mesh = MeshObject(scene, std::nullopt);
+  const auto* solid = std::get_if<SolidMesh>(&mesh);
+  return solid != nullptr && solid->tets.size() <= kQuickTets;
+}
+
+// Moves the contacts to few radii, because the solid for camera measurements takes a second for
+// each radius.
+void KeepToFewRadii(const Geometry& geometry, std::vector<Vector3d>* places) {
+  const auto* membrane = std::get_if<MembraneGeometry>(&geometry);
+  if (membrane == nullptr) return;
+  constexpr double kRaster = 2.0 / 13;  // distance between radii, relative to the membrane's radius
+  const double raster = kRaster * membrane->radius;
+  for (Vector3d& p_O : *places) {
+    const double radius = p_O.norm();
+    if (radius > 0) p_O *= raster * std::round(radius / raster) / radius;
+  }
+}
+
 }  // namespace
 
 std::vector<Vector3d> ReachablePlaces(const Scene& scene, double width,
@@ -161,6 +185,20 @@ std::vector<double> SpreadShares(int count) {
     shares.push_back((i + Fraction(turns)) / count);
   }
   return shares;
+}
+
+std::vector<Vector3d> PlacesToStudy(const Scene& scene) {
+  // At least 29 are needed for a 95 % bound of the 90th percentile (BeyondBound).
+  constexpr int kOnOutline = 128, kMinOnSurface = 29;
+  const bool has_own = !scene.study_contacts.empty() || !scene.tool;
+  if (has_own) return {};
+  const auto is_slow = [&] { return IsTouchedRound(scene) || !IsQuicklyGraded(scene); };
+  if (IsVolume(scene.object.geometry) && is_slow()) return {};
+  const Geometry& geometry = scene.object.geometry;
+  const int count = IsPlanar(geometry) ? kOnOutline : kMinOnSurface;
+  auto places = ReachablePlaces(scene, scene.tool->width, SpreadShares(count));
+  if (HasStereoOrDepth(scene.sense)) KeepToFewRadii(geometry, &places);
+  return places;
 }
 
 }  // namespace palpate::study

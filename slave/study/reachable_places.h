@@ -21,4 +21,10 @@ std::vector<Eigen::Vector3d> ReachablePlaces(const Scene& scene, double width,
 // each part, so that no symmetry of the object or its mesh repeats them.
 std::vector<double> SpreadShares(int count);
 
+// Returns the contacts of a study of a whole object: if the scene names none, several that are
+// spread evenly over all ReachablePlaces. Empty: the study's default. It is also empty for mesh
+// files with more than 3000 tetrahedra or a round tool, which would take minutes, and for nodes
+// that are fixed by number.
+std::vector<Eigen::Vector3d> PlacesToStudy(const Scene& scene);
+
 }  // namespace palpate::study

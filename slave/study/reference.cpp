@@ -73,8 +73,14 @@ struct Limit {
   [[nodiscard]] double relative_bar() const { return force.bar / std::abs(force.value); }
 };
 
+// Returns whether the row answered every press. `extruded` answers the first one, and is compared
+// with no plane model.
+bool AnsweredAllPresses(const StudyRow& row) {
+  return row.outcome == Outcome::kAnswered && !IsSolidOutline(row.kind);
+}
+
 bool IsLinearAnswer(const StudyRow& row) {
-  return row.outcome == Outcome::kAnswered && row.linear;
+  return AnsweredAllPresses(row) && row.linear;
 }
 
 // Two references are independent if their formulations differ. The same elements with another law
@@ -89,7 +95,7 @@ std::string FormulationOf(const StudyRow& row) {
 std::map<std::string, std::vector<const StudyRow*>> Families(const std::vector<StudyRow>& rows) {
   std::map<std::string, std::vector<const StudyRow*>> families;
   for (const StudyRow& row : rows) {
-    if (row.outcome != Outcome::kAnswered) continue;
+    if (!AnsweredAllPresses(row)) continue;
     families[row.family].push_back(&row);
   }
   for (auto& [name, members] : families) {
@@ -248,7 +254,7 @@ Estimate Stiffening(const std::vector<const StudyRow*>& members, std::size_t pre
 double LargestSlope(const std::vector<StudyRow>& rows, std::size_t press) {
   double slope = 0;
   for (const StudyRow& row : rows) {
-    if (row.outcome != Outcome::kAnswered) continue;
+    if (!AnsweredAllPresses(row)) continue;
     const double own = row.answers[press].width_slope;
     if (std::abs(own) > std::abs(slope)) slope = own;
   }
@@ -453,7 +459,7 @@ References ReferenceFinder::Find(const std::vector<StudyRow>& rows) const {
 
 void EvaluateRows(const References& references, std::vector<StudyRow>* rows) {
   for (StudyRow& row : *rows) {
-    if (row.outcome != Outcome::kAnswered) continue;
+    if (!AnsweredAllPresses(row)) continue;
     PressErrors errors;
     const bool sole = row.answers.size() < kMany;
     for (std::size_t i = 0; i < row.answers.size(); ++i) {

@@ -11,6 +11,7 @@
 #include "shared/text/csv.h"
 #include "shared/text/text.h"
 #include "shared/wire/enum_names.h"
+#include "slave/scene/model_kinds.h"
 
 namespace palpate::study {
 namespace {
@@ -68,7 +69,10 @@ Json ToJson(const StudyRow& row) {
             {"error_small", ToJson(row.error_small)},
             {"deviation", row.deviation},
             {"width_error", row.width_error},
+            {"plane_error", row.plane_error},
             {"validity", ToString(row.validity)},
+            {"beyond", row.beyond},
+            {"own", row.own},
             {"update_s", {{"median", row.update_median_s}, {"p99", row.update_p99_s}}},
             {"precompute_s", row.precompute_s},
             {"memory_bytes", row.memory_bytes},
@@ -132,6 +136,42 @@ std::string TableLine(const std::vector<std::string>& cells) {
   return line + "\n";
 }
 
+const char* WordOf(ElementOrder order) {
+  return order == ElementOrder::kConstant ? "constant"
+         : order == ElementOrder::kLinear ? "linear"
+                                          : "quadratic";
+}
+
+const char* WordOf(FemOptions::Law law) {
+  return law == FemOptions::Law::kCorotational ? "corotational"
+         : law == FemOptions::Law::kLinear     ? "linear"
+                                               : "neo-hookean";
+}
+
+// Returns the keys that give a scene this model.
+std::string KeysOf(const StudyRow& row) {
+  const ModelKind* kind = FindModelKind(row.kind);
+  std::string keys = "model: {kind: " + row.kind;
+  if (kind != nullptr && kind->is_plane) {
+    keys += Formatted(", elements: %d, order: %s", row.model.elements, WordOf(row.model.order));
+  }
+  if (kind != nullptr && kind->has_tets) {
+    const bool quadratic = row.model.fem.element == FemOptions::Element::kTet10;
+    keys += quadratic ? ", element: tet10" : ", element: tet4";
+  }
+  // The constants of Ogden's law are the scene's own.
+  if (row.residual > 0 && row.model.fem.law != FemOptions::Law::kOgden) {
+    keys += Formatted(", law: %s, residual: %g", WordOf(row.model.fem.law), row.residual);
+  }
+  keys += "}";
+  const auto [i, j, k] = row.cells;
+  if (i > 0) keys += Formatted("; object: {geometry: {box: {cells: [%d, %d, %d]}}}", i, j, k);
+  if (row.model.refinements > 0 && i == 0) {
+    keys += Formatted("; each edge of the mesh halved, times %d", row.model.refinements);
+  }
+  return keys;
+}
+
 std::string ResidualOf(const StudyRow& row) {
   return row.residual > 0 ? Formatted("%.0e", row.residual) : "";
 }
@@ -157,7 +197,8 @@ std::string ToJson(const StudyResult& study) {
 std::string ToCsv(const StudyResult& study) {
   std::string csv =
       "family,kind,resolution,dof,residual,outcome,error,error_bar,error_small,error_small_bar,"
-      "deviation,width_error,validity,update_median_s,update_p99_s,precompute_s,memory_bytes,"
+      "deviation,width_error,plane_error,validity,update_median_s,update_p99_s,precompute_s,memory_"
+      "bytes,"
       "expected_s,on_front,"
       "meets_tolerance,meets_rate,recommended,reason\n";
   for (const StudyRow& row : study.rows) {
@@ -173,6 +214,7 @@ std::string ToCsv(const StudyResult& study) {
     for (const Estimate& e : {row.error, row.error_small}) number(e.value), number(e.bar);
     number(row.deviation);
     number(row.width_error);
+    number(row.plane_error);
     csv += row.outcome == Outcome::kAnswered ? std::string(ToString(row.validity)) + "," : ",";
     number(row.update_median_s);
     number(row.update_p99_s);
@@ -213,7 +255,11 @@ std::string ToTable(const StudyResult& study) {
     table += places > 1 ? " (" + std::to_string(places) + " places)\n" : "\n";
   }
   if (!study.references.remark.empty()) table += "note: " + study.references.remark + "\n";
-  return table + "recommended: " + study.recommendation + "\n";
+  table += "recommended: " + study.recommendation + "\n";
+  for (const StudyRow& row : study.rows) {
+    if (row.recommended) table += "keys of the scene: " + KeysOf(row) + "\n";
+  }
+  return table;
 }
 
 void WriteStudy(const StudyResult& study, const std::filesystem::path& folder) {

@@ -8,7 +8,8 @@
 #include <utility>
 
 #include "shared/text/text.h"
-#include "slave/scene/options/model.h"
+#include "slave/mechanics/factory/tool_domain.h"
+#include "slave/scene/model_kinds.h"
 #include "slave/study/seen_press.h"
 
 namespace palpate::study {
@@ -151,6 +152,9 @@ class Study {
     result_.question = AskedOf(scene, settings.places);
     result_.question.seen = SeePresses(scene, result_.question);
     if (!result_.question.seen.empty()) result_.question.small_depth = result_.question.depth;
+    if (scene_.tool && scene_.tool->depth && IsPlanar(scene_.object.geometry)) {
+      outline_ = MeshOutline(scene_, std::nullopt);
+    }
     result_.tolerance = scene.model.tolerance;
     result_.rate = scene.model.rate;
     result_.budget_s = settings.budget_s;
@@ -200,6 +204,13 @@ class Study {
     return c.expected_s * (found == slower_by_.end() ? 1 : found->second);
   }
 
+  // `extruded`, whose places take a second each, is asked at the first contact alone.
+  [[nodiscard]] PressSpec QuestionTo(const Candidate& candidate) const {
+    PressSpec question = result_.question;
+    if (IsSolidOutline(candidate.scene.model.kind)) question.presses.resize(1);
+    return question;
+  }
+
   void TryOne(const Candidate& candidate, double expected) {
     ReportShare();
     // A short computation needs no separate progress bar.
@@ -207,7 +218,8 @@ class Study {
     const double left = settings_.counted ? settings_.budget_s - counted_ : kNever;
     Allowance allowance(settings_, factory_, deadline_, left, stop_, candidate.name(), shown);
     const double began = factory_.now();
-    StudyRow row = Measure(candidate, result_.question, factory_, &allowance, settings_.timing_s);
+    StudyRow row =
+        Measure(candidate, QuestionTo(candidate), factory_, &allowance, settings_.timing_s);
     row.expected_s = expected;
     if (row.outcome == Outcome::kSkipped) row.reason = allowance.refusal();
     if (row.outcome == Outcome::kAnswered && candidate.expected_s > 0) {
@@ -228,19 +240,42 @@ class Study {
   }
 
   void EvaluateErrors() {
+    if (finder_) {
+      result_.references = finder_->Find(result_.rows);
+      EvaluateRows(result_.references, &result_.rows);
+    }
+    AddPlaneErrors();
     if (!finder_) return;
-    result_.references = finder_->Find(result_.rows);
-    EvaluateRows(result_.references, &result_.rows);
     MarkFront(&result_.rows);
     result_.recommendation = Recommend(result_.tolerance, result_.rate, &result_.rows);
+  }
+
+  // Adds the error of a plane model against a body with a thickness. `extruded` has the error of
+  // its mesh alone.
+  void AddPlaneErrors() {
+    if (outline_.elements.empty()) return;
+    for (StudyRow& row : result_.rows) {
+      if (row.outcome != Outcome::kAnswered) continue;
+      Scene scene = scene_;
+      scene.model = row.model;
+      row.plane_error = PlaneError(scene, *scene_.tool, outline_);
+      if (IsSolidOutline(row.kind)) {
+        row.error = {row.plane_error, 0};
+        row.bound = row.plane_error;
+      } else {
+        row.error.value += row.plane_error;
+        row.bound += row.plane_error;
+      }
+    }
   }
 
   const StudySettings& settings_;
   const ModelFactory& factory_;
   const std::stop_token& stop_;
   const StudyWatcher& watcher_;
-  double deadline_ = 0;  // kNever: the budget is counted
-  double counted_ = 0;   // expected time of the tested candidates [s]
+  BoundaryMesh outline_;  // of a planar object under a tool of known extent; else empty
+  double deadline_ = 0;   // kNever: the budget is counted
+  double counted_ = 0;    // expected time of the tested candidates [s]
   Scene scene_;
   StudyResult result_;
   std::optional<ReferenceFinder> finder_;  // empty: errors are not evaluated
@@ -250,6 +285,27 @@ class Study {
 };
 
 }  // namespace
+
+Promise OnTolerance(double error, double bound, double tolerance) noexcept {
+  if (!(error <= tolerance)) return Promise::kMisses;
+  return bound > tolerance ? Promise::kMayMiss : Promise::kMeets;
+}
+
+Promise OnRate(double update, double rate) noexcept {
+  return update * rate <= 1 ? Promise::kMeets : Promise::kMisses;
+}
+
+const char* ToString(Promise promise) {
+  switch (promise) {
+    case Promise::kMeets:
+      return "meets";
+    case Promise::kMayMiss:
+      return "may miss";
+    case Promise::kMisses:
+      break;
+  }
+  return "MISSES";
+}
 
 void MarkFront(std::vector<StudyRow>* rows) {
   for (StudyRow& row : *rows) {
@@ -263,8 +319,8 @@ std::string Recommend(double tolerance, double rate, std::vector<StudyRow>* rows
   std::size_t best = 2;
   for (StudyRow& row : *rows) {
     const bool answered = row.outcome == Outcome::kAnswered;
-    row.meets_tolerance =
-        answered && OnTolerance(row.error.value, row.bound, tolerance) == Promise::kMeets;
+    row.meets_tolerance = answered && RangeOf(row) < 2 &&
+                          OnTolerance(row.error.value, row.bound, tolerance) == Promise::kMeets;
     row.meets_rate = answered && OnRate(row.update_p99_s, rate) == Promise::kMeets;
     row.recommended = false;
     if (IsComparable(row)) best = std::min(best, RangeOf(row));

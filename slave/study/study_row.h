@@ -35,6 +35,14 @@ struct PressAnswers {
   double width_slope = kUnknown;  // d ln value / d ln width as this model finds it [-]
 };
 
+// Statement about a model's accuracy in `check` and `study`.
+enum class Promise : std::uint8_t { kMeets, kMayMiss, kMisses };
+// kMayMiss: the error is within the tolerance, its bound is not.
+Promise OnTolerance(double error, double bound, double tolerance) noexcept;
+// The promise of an update [s] at a rate [Hz].
+Promise OnRate(double update, double rate) noexcept;
+const char* ToString(Promise promise);  // "meets", "may miss", "MISSES"
+
 enum class Outcome : std::uint8_t { kAnswered, kFailed, kSkipped };
 const char* ToString(Outcome outcome);
 
@@ -75,6 +83,7 @@ struct StudyRow : Trait {
   Estimate error, error_small;
   double bound =
       kUnknown;  // error that nine of ten places do not exceed, with 95 %: BeyondBound [-]
+  double plane_error = 0;                 // part of `error`: PlaneError of an outline's model [-]
   double deviation = kUnknown;            // difference from the reference at full depth [-]
   double width_error = kUnknown;          // effect of the tool's discretised width [-]
   Validity validity = Validity::kFailed;  // at full depth, the worst over the contacts

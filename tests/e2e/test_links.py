@@ -88,18 +88,6 @@ class PlantedLinks(unittest.TestCase):
         self.finish(SIMULATOR, "presses", "--presses", "5", "--out", self.out)
         self.check(*results)
 
-    def test_the_stored_decision_of_a_slave(self):
-        cache = self.out / "palpate"
-        decide = lambda: self.finish(SLAVE, "check", BLOCK, "--override", "model={kind: auto}",
-                                     env={**BARE, "XDG_CACHE_HOME": str(self.out)})
-        decide()
-        kept, = (path.name for path in cache.iterdir())
-        (cache / kept).unlink()
-        self.plant(f"palpate/{kept}")
-        (cache / kept).symlink_to(self.target)
-        decide()
-        self.check(f"palpate/{kept}")
-
     def test_the_image_that_shows_what_was_found(self):
         rows = (bytes(40 if 60 < x < 260 and 100 < y < 140 else 200 for x in range(320)) for y in range(240))
         (self.folder / "bar.png").write_bytes(png(320, 240, 8, rows))

@@ -18,6 +18,7 @@
 #include "shared/program/program.h"
 #include "shared/text/text.h"
 #include "slave/identify/identify_material.h"
+#include "slave/mechanics/factory/choose_model.h"
 #include "slave/scene/scene_loader.h"
 #include "slave/verify/force_table.h"
 #include "slave/verify/report.h"
@@ -49,8 +50,9 @@ std::unique_ptr<BoundModel> ModelOfText(const std::string& scene,
     std::shared_ptr<const GivenMesh> mesh;
     if (nodes && elements) mesh = MeshOfArrays(*nodes, *elements);
     try {
-      return Computed(
-          [&] { return std::make_unique<BoundModel>(ParseScene(scene, std::move(mesh))); });
+      return Computed([&] {
+        return std::make_unique<BoundModel>(WithChosenModel(ParseScene(scene, std::move(mesh))));
+      });
     } catch (const SceneError& error) {
       throw std::invalid_argument(WordsOf(error));
     }
@@ -61,7 +63,8 @@ std::unique_ptr<BoundModel> ModelOfFile(const std::filesystem::path& scene,
                                         const std::vector<std::string>& overrides) {
   return Called([&] {
     return Computed([&] {
-      return std::make_unique<BoundModel>(LoadScene(scene, overrides, SceneUse::kSolve));
+      return std::make_unique<BoundModel>(
+          WithChosenModel(LoadScene(scene, overrides, SceneUse::kSolve)));
     });
   });
 }

@@ -112,7 +112,7 @@ class Model:
 
     @classmethod
     def from_scene(cls, file: str | os.PathLike[str], overrides: Sequence[str] = ()) -> Model:
-        """The model of a scene file. `overrides`: ["model.elements=60", ...]. `model.kind: auto` is decided by the body.
+        """The model of a scene file. `overrides`: ["model.elements=60", ...]. `model.kind: auto` is chosen by rules.
 
         Raises ValueError: every mistake in the file, with its line.
         """

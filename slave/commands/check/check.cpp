@@ -15,9 +15,9 @@
 #include <spdlog/fmt/fmt.h>
 
 #include "slave/capture/codecs/codecs.h"
-#include "slave/commands/running_scene.h"
+#include "slave/commands/scene_remarks.h"
+#include "slave/mechanics/factory/choose_model.h"
 #include "slave/mechanics/factory/make_model.h"
-#include "slave/scene/decided_model.h"
 #include "slave/scene/materials.h"
 #include "slave/scene/scene_loader.h"
 
@@ -157,11 +157,8 @@ void PrintObject(const Scene& scene) {
 }
 
 void PrintChoice(const Scene& scene) {
-  constexpr std::size_t kMaxRejected = 8;
   const ModelChoice choice = ChooseModel(scene);
-  PrintLine("model", choice.kind + ": " + choice.reason);
-  const auto lines = LinesOf(scene.model.decision, kMaxRejected);
-  for (std::size_t i = 1; i < lines.size(); ++i) PrintLine("", lines[i]);
+  PrintLine("model", choice.model.kind + ": " + choice.reason);
 }
 
 // Prints the named material, its interval and its source.
@@ -192,8 +189,7 @@ int RunCheck(const CheckOptions& options) {
     CheckBody(LoadRunningScene(options.scene, options.overrides, SceneUse::kSolve));
     return 0;
   }
-  const Scene scene =
-      LoadRunningScene(options.scene, options.overrides, SceneUse::kFull, StopOf(options.progress));
+  const Scene scene = LoadRunningScene(options.scene, options.overrides);
   PrintObject(scene);
   PrintLine("tool", fmt::format("{}, {} wide", WordOf(scene.tool->shape),
                                 LengthInWords(scene.tool->width)));

@@ -13,7 +13,8 @@
 #include "slave/mechanics/factory/tool_press.h"
 #include "slave/mesh/files/mesh_file.h"
 #include "slave/mesh/mesh_check.h"
-#include "slave/study/auto_model.h"
+#include "slave/scene/model_kinds.h"
+#include "slave/study/own_model.h"
 
 namespace palpate {
 namespace {
@@ -27,30 +28,25 @@ void PrintMeshFile(const MeshFileGeometry& geometry) {
   for (const auto& line : Lines(report)) PrintLine("mesh", line);
 }
 
-// Prints error and rate: those of the decision by `auto`, which are from many contacts, if there is
-// one. A study compares plane models, so the error of the plane assumption is added.
-void PrintVerdicts(const Scene& scene, const study::StudyRow& row, double plane_error) {
-  const bool decided = !scene.model.decision.reason.empty();
-  ModelDecision stated = scene.model.decision;
-  if (!decided) stated = study::StatedOf(row);
-  stated.error += plane_error;
-  stated.bound += plane_error;
+// Prints error and rate.
+void PrintVerdicts(const Scene& scene, const study::StudyRow& row) {
+  using study::OnRate, study::OnTolerance;
   PrintLine("update",
             fmt::format("{:.3g} us, of a hundred the slowest: {} the requested {:g} Hz",
-                        1e6 * stated.update, ToString(OnRate(stated.update, scene.model.rate)),
-                        scene.model.rate));
-  if (!std::isfinite(stated.error)) {
+                        1e6 * row.update_p99_s,
+                        ToString(OnRate(row.update_p99_s, scene.model.rate)), scene.model.rate));
+  if (!std::isfinite(row.error.value)) {
     return PrintLine("error", "not known from this model alone; `study` compares several");
   }
+  const std::string of_plane =
+      row.plane_error > 0 && !IsSolidOutline(row.kind)
+          ? fmt::format(", of which {:.2g} % by the plane model of a solid", 100 * row.plane_error)
+          : "";
   PrintLine("error",
-            fmt::format("about {:.2g} % of the contact force, as `study` finds it{}{}: {} the "
-                        "requested {:g} %",
-                        100 * stated.error, decided ? "" : " at this contact",
-                        plane_error > 0 ? fmt::format(", of which {:.2g} % by the plane model of a "
-                                                      "solid",
-                                                      100 * plane_error)
-                                        : "",
-                        ToString(OnTolerance(stated.error, stated.bound, scene.model.tolerance)),
+            fmt::format("about {:.2g} % of the contact force, as `study` finds it at this "
+                        "contact{}: {} the requested {:g} %",
+                        100 * row.error.value, of_plane,
+                        ToString(OnTolerance(row.error.value, row.bound, scene.model.tolerance)),
                         100 * scene.model.tolerance));
 }
 
@@ -80,14 +76,13 @@ Solution PrintPress(const Scene& scene, DeformationModel& model, Progress* progr
                                      LengthInWords(press.p_O.z()), tool));
     PrintLine("in words", SceneSummary(scene, question, &model));
     if (ReportCollector* report = ReportCollector::present()) {
-      report->contact = {question.depth, row.answers.front().full.value,
-                         study::StatedOf(row).update};
+      report->contact = {question.depth, row.answers.front().full.value, row.update_p99_s};
     }
     if (row.validity != Validity::kValid) {
       PrintLine("contact",
                 "extrapolated: " + (row.reason.empty() ? std::string(kBeyondRange) : row.reason));
     }
-    PrintVerdicts(scene, row, question.plane_error);
+    PrintVerdicts(scene, row);
   } catch (const std::invalid_argument& reason) {
     PrintLine("contact", std::string("not computed: ") + reason.what());
   }

@@ -14,6 +14,7 @@
 #include "slave/capture/simulated_samples.h"
 #include "slave/commands/check/check.h"
 #include "slave/commands/check/stereo_expectation.h"
+#include "slave/mechanics/factory/choose_model.h"
 #include "slave/mechanics/factory/make_model.h"
 #include "slave/pipeline/load/plate_limits.h"
 #include "slave/pipeline/points/points_sense.h"
@@ -33,7 +34,7 @@ std::string Size(const std::array<int, 2>& size) {
 
 void PrintDome(const Scene& scene, const DomeGeometry& dome) {
   PrintObject(scene);
-  PrintLine("model", ChooseModel(scene).kind + ": " + ChooseModel(scene).reason);
+  PrintLine("model", ChooseModel(scene).model.kind + ": " + ChooseModel(scene).reason);
   const auto body = MakeMembraneBody(scene);
   const ModelInfo& info = body->info();
   PrintLine("precompute", fmt::format("{:.3g} ms, {:.3g} MB of memory, {} degrees of freedom",

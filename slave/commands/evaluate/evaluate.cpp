@@ -12,6 +12,7 @@
 #include "slave/capture/tactile_recording.h"
 #include "slave/commands/progress_bar.h"
 #include "slave/commands/scene_remarks.h"
+#include "slave/mechanics/factory/choose_model.h"
 #include "slave/mechanics/factory/make_model.h"
 #include "slave/mechanics/factory/tool_press.h"
 #include "slave/mechanics/object_mesh.h"
@@ -187,7 +188,8 @@ int RunEvaluate(const EvaluateOptions& options, const std::stop_token& stop) {
   question.leaf = options.leaf;
   question.measured = study::ReadPcd(options.cloud);
   question.file = options.cloud.filename().string();
-  const Scene scene = LoadScene(options.scene, options.overrides, SceneUse::kSolve);
+  const Scene scene =
+      WithChosenModel(LoadScene(options.scene, options.overrides, SceneUse::kSolve));
   LogRemarks(scene);
   RequireOtherThanInputs(options, scene);
   question.scene = scene.name;

@@ -8,7 +8,7 @@
 #include <unistd.h>
 
 #include "shared/text/text.h"
-#include "slave/commands/running_scene.h"
+#include "slave/commands/scene_remarks.h"
 #include "slave/live/offline_run.h"
 #include "slave/recording/recorded_run.h"
 #include "slave/scene/scene_loader.h"
@@ -117,7 +117,7 @@ double Duration(const ProcessOptions& options, const Scene& scene) {
 
 int RunProcess(const ProcessOptions& options, const std::stop_token& stop) {
   if (options.scene.extension() == ".mcap") return RunProcessRecording(options, stop);
-  const Scene scene = LoadRunningScene(options.scene, options.overrides, SceneUse::kFull, stop);
+  const Scene scene = LoadRunningScene(options.scene, options.overrides);
   const auto inputs = InputFilesOf(scene);
   RequireOtherThan("--out", options.out, {"states.csv", "summary.json"}, inputs);
   if (options.images) RequireOtherThan("--images", options.out, {"images"}, inputs);

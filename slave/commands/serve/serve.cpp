@@ -23,7 +23,7 @@
 #include "shared/program/program.h"
 #include "shared/text/text.h"
 #include "slave/commands/program.h"
-#include "slave/commands/running_scene.h"
+#include "slave/commands/scene_remarks.h"
 #include "slave/commands/scene_summary.h"
 #include "slave/commands/serve/setup_session.h"
 #include "slave/live/live_slave.h"
@@ -126,7 +126,7 @@ void CheckSetup(const ServeOptions& options) {
 
 std::unique_ptr<LiveSlave> OpenScene(const ServeOptions& options, const std::stop_token& stop,
                                      std::optional<SlaveRecorder>* recording) {
-  const Scene scene = LoadRunningScene(options.scene, options.overrides, SceneUse::kFull, stop);
+  const Scene scene = LoadRunningScene(options.scene, options.overrides);
   if (!options.record.empty()) recording->emplace(options, scene);
   SenseRecorder* recorder = *recording ? &(*recording)->sense() : nullptr;
   auto slave = MakeLiveSlave(scene, options.state_dir, recorder);

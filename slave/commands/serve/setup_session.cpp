@@ -18,7 +18,7 @@
 #include "slave/capture/bounded_image.h"
 #include "slave/checks/camera/camera_limits.h"
 #include "slave/commands/check/check.h"
-#include "slave/commands/running_scene.h"
+#include "slave/commands/scene_remarks.h"
 #include "slave/commands/serve/scene_mistakes.h"
 #include "slave/pipeline/camera/camera_sense.h"
 #include "slave/program/private_folder.h"
@@ -264,7 +264,7 @@ Examined Examine(const std::filesystem::path& file, const SharedCamera& camera,
     Mistakes unreadable(file);
     AddForeignNames(ReadDocument(file, {}, &unreadable), "", camera, &mistakes);
     if (!mistakes.empty()) return examined;
-    examined.scene = LoadRunningScene(file, {}, SceneUse::kFull, StopOf(progress));
+    examined.scene = LoadRunningScene(file, {});
     ReportProgress(progress, "scene", 0.1);
     mistakes = ForeignParts(examined.scene, camera);
     if (!mistakes.empty()) return examined;

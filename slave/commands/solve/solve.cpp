@@ -17,7 +17,7 @@
 
 #include "shared/text/text.h"
 #include "slave/commands/progress_bar.h"
-#include "slave/commands/running_scene.h"
+#include "slave/commands/scene_remarks.h"
 #include "slave/commands/solve/field_file.h"
 #include "slave/mechanics/factory/make_model.h"
 #include "slave/solve/case_solver.h"
@@ -154,7 +154,7 @@ std::vector<SolveRow> ReadRows(const SolveOptions& options, const ObjectMesh& me
 }
 
 int Solve(const SolveOptions& options, const std::stop_token& stop) {
-  const Scene scene = LoadRunningScene(options.scene, options.overrides, SceneUse::kSolve, stop);
+  const Scene scene = LoadRunningScene(options.scene, options.overrides, SceneUse::kSolve);
   if (options.contacts.empty() && options.loads.empty()) {
     throw InputError("solve: no input: expected --contacts, --loads or both");
   }

@@ -6,10 +6,11 @@
 
 #include "shared/text/text.h"
 #include "slave/commands/progress_bar.h"
-#include "slave/commands/running_scene.h"
 #include "slave/commands/scene_remarks.h"
+#include "slave/mechanics/factory/choose_model.h"
 #include "slave/scene/scene_loader.h"
-#include "slave/study/auto_model.h"
+#include "slave/study/own_model.h"
+#include "slave/study/reachable_places.h"
 #include "slave/study/report.h"
 #include "slave/study/study.h"
 
@@ -37,13 +38,12 @@ int RunStudyCommand(const StudyOptions& options, const std::stop_token& stop) {
   RequireOtherThan("--out", options.out, {"study.csv", "study.json"}, InputFilesOf(scene));
   study::StudySettings settings;
   if (scene.model.kind == "auto" && study::CanStudy(scene)) {
-    settings.places = study::PlacesToDecide(scene);  // the result is stored for `auto`
+    settings.places = study::PlacesToStudy(scene);  // nobody named a model for one contact
   }
   settings.budget_s = options.budget;
   std::filesystem::create_directories(options.out);
-  const study::StudyResult study = RunWhole(scene, settings, options.out, stop);
+  const study::StudyResult study = RunWhole(WithChosenModel(scene), settings, options.out, stop);
   std::fputs(study::ToTable(study).c_str(), stdout);
-  KeepDecision(study, scene, options.overrides);
   const bool any = std::ranges::any_of(study.rows, [](const study::StudyRow& row) {
     return row.outcome == study::Outcome::kAnswered;
   });

@@ -11,10 +11,11 @@
 #include <Eigen/Geometry>
 
 #include "shared/text/text.h"
-#include "slave/commands/running_scene.h"
+#include "slave/commands/scene_remarks.h"
 #include "slave/commands/verify/known_loads.h"
 #include "slave/commands/verify/live_states.h"
 #include "slave/live/offline_run.h"
+#include "slave/mechanics/factory/choose_model.h"
 #include "slave/recording/recorded_run.h"
 #include "slave/recording/scene_files.h"
 #include "slave/verify/report.h"
@@ -99,13 +100,14 @@ ForceTables AskForLoads(const VerifyOptions& options, LiveStates* live,
 
 Scene SceneOf(const VerifyOptions& options, const std::stop_token& stop) {
   if (!IsRecording(options)) {
-    return LoadRunningScene(options.scene, options.overrides, SceneUse::kFull, stop);
+    return LoadRunningScene(options.scene, options.overrides);
   }
   if (!options.overrides.empty()) {
     throw std::invalid_argument("--override: only with a scene; a recording contains its own");
   }
   const RecordedBeginning beginning(options.scene);
-  return LoadScene(UnpackSceneFiles(beginning.files, options.out / "scene"), beginning.overrides());
+  return WithChosenModel(
+      LoadScene(UnpackSceneFiles(beginning.files, options.out / "scene"), beginning.overrides()));
 }
 
 void Check(const VerifyOptions& options) {

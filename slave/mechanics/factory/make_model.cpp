@@ -3,13 +3,13 @@
 #include <algorithm>
 #include <array>
 #include <optional>
-#include <sstream>
 #include <stdexcept>
 #include <variant>
 #include <vector>
 
 #include "slave/mechanics/bem/bem2d_model.h"
 #include "slave/mechanics/extruded/extruded_model.h"
+#include "slave/mechanics/factory/choose_model.h"
 #include "slave/mechanics/fem/fem_model.h"
 #include "slave/mechanics/fem/green/fem_green_model.h"
 #include "slave/mechanics/fem/solid/solid_model.h"
@@ -22,40 +22,6 @@ namespace palpate {
 namespace {
 
 constexpr double kDefaultRange = 0.1;  // largest |displacement| / larger side
-
-// Returns the relative error of a plate without stretching at the central deflection w
-// [thicknesses]: the force of von Karman's plate is 1 + c w^2 times as large. c is fitted to the
-// clamped plate of `plate-large`: 1.8 % at 0.2, 10 % at 0.5, 30 % at 1; beyond, it is too large.
-double LackOfStretching(double w) {
-  constexpr double c = 0.45;
-  return 1 - 1 / (1 + c * w * w);
-}
-
-// Chooses bending without stretching if the press is within its range and tolerance. A scene
-// without a stated press may get any load.
-ModelChoice ChoosePlate(const Scene& scene, double thickness) {
-  const OperatorOptions& hand = scene.operator_options;
-  constexpr double kThin = 0.5;  // largest deflection of a plate that bends only [thicknesses]
-  const auto choose = [](bool bends_only, const std::string& why) -> ModelChoice {
-    return {bends_only ? "plate" : "plate-large",
-            why + (bends_only ? "the clamped plate's closed form" : "bending and stretching") +
-                "; no study of this scene exists yet"};
-  };
-  if (scene.model.prestress > 0) return choose(false, "membrane under tension at rest: ");
-  if (!hand.press_given && !HasStereoOrDepth(scene.sense)) return choose(true, "membrane: ");
-  const double w = hand.press_depth / thickness;
-  const double lack = LackOfStretching(w);
-  std::ostringstream why;
-  why.precision(2);
-  why << "membrane: an indentation of " << w
-      << " thicknesses, where the force of bending alone is ";
-  if (w <= 1) {
-    why << 100 * lack << " % too low: ";
-  } else {
-    why << "far too low: ";
-  }
-  return choose(w <= kThin && lack <= scene.model.tolerance, why.str());
-}
 
 bool NeedsGeneralModel(const FemOptions& fem) {
   const bool moves = fem.time == FemOptions::Time::kDynamic;
@@ -110,35 +76,23 @@ std::unique_ptr<DeformationModel> MakeFemGreen(const Scene& scene, const SolidMe
 
 }  // namespace
 
-ModelChoice ChooseModel(const Scene& scene) {
-  const std::string& decided = scene.model.decision.reason;
-  if (scene.model.kind != "auto") {
-    return {scene.model.kind, decided.empty() ? "set by model.kind" : decided};
-  }
-  const Geometry& geometry = scene.object.geometry;
-  if (const auto* membrane = std::get_if<MembraneGeometry>(&geometry)) {
-    return ChoosePlate(scene, membrane->thickness);
-  }
-  if (std::holds_alternative<DomeGeometry>(geometry)) {
-    return {"membrane",
-            "air-filled membrane: a membrane under tension, linear about its rest shape"};
-  }
-  if (IsVolume(geometry)) {
-    return {"fem", "volume: corotational finite elements; no study of this scene exists yet"};
-  }
-  return {"bem2d",
-          "planar outline: two-dimensional boundary elements; no study of this scene exists yet"};
+namespace {
+
+std::string KindName(const Scene& scene) {
+  return scene.model.kind == "auto" ? ChooseModel(scene).model.kind : scene.model.kind;
 }
+
+}  // namespace
 
 bool ShapesTool(const Scene& scene) {
   if (!scene.tool) return false;
   ModelOptions model = scene.model;
-  model.kind = ChooseModel(scene).kind;
+  model.kind = KindName(scene);
   return ShapesTool(model, *scene.tool);
 }
 
 const ModelKind& KindOf(const Scene& scene) {
-  const std::string name = ChooseModel(scene).kind;
+  const std::string name = KindName(scene);
   const ModelKind* kind = FindModelKind(name);
   if (kind == nullptr) {
     throw std::invalid_argument("model.kind = " + name + ": expected a kind of model");
@@ -173,6 +127,12 @@ std::unique_ptr<Bem2dModel> MakePlanarModel(const Scene& scene, const BoundaryMe
       ReferenceProblem{mesh, FixedElementDofs(scene, mesh), scene.object.material.poisson_ratio,
                        scene.model.plane, scene.model.order},
       params, progress);
+}
+
+bool AcceptsExtruded(const Scene& scene) {
+  return IsPlanar(scene.object.geometry) && scene.tool && scene.tool->depth &&
+         scene.tool->shape == Tool::Shape::kFlat && scene.model.contact == ContactLaw::kBonded &&
+         scene.object.material.poisson_ratio <= kMaxExtrudedNu;
 }
 
 std::unique_ptr<ExtrudedModel> MakeExtrudedModel(const Scene& scene, const BoundaryMesh& mesh) {

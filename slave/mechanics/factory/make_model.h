@@ -2,7 +2,6 @@
 #pragma once
 
 #include <memory>
-#include <string>
 
 #include "slave/mechanics/deformation_model.h"
 #include "slave/mechanics/object_mesh.h"
@@ -16,14 +15,8 @@ class Bem2dModel;
 class ExtrudedModel;
 class PlateSurface;
 
-struct ModelChoice {
-  std::string kind;    // never `auto`
-  std::string reason;  // one sentence
-};
-
-// The decision of `kind: auto`, and its reason.
-ModelChoice ChooseModel(const Scene& scene);
-// The kind of the scene's model. Throws std::invalid_argument: no such kind.
+// The kind of the scene's model; of `auto` the one that ChooseModel takes. Throws
+// std::invalid_argument: no such kind.
 const ModelKind& KindOf(const Scene& scene);
 // Returns whether that model computes the contact region of the scene's tool itself, see ShapesTool
 // (model_kinds.h).
@@ -38,6 +31,8 @@ std::unique_ptr<DeformationModel> MakeModel(const Scene& scene, const ObjectMesh
 // Creates the model of a known family of kinds: bem2d; plate or plate-large.
 std::unique_ptr<Bem2dModel> MakePlanarModel(const Scene& scene, const BoundaryMesh& mesh,
                                             Progress* progress = nullptr);
+// Whether `extruded` computes such an outline under such a tool.
+bool AcceptsExtruded(const Scene& scene);
 // Makes `extruded`, which prepares each place of the tool at its first contact.
 std::unique_ptr<ExtrudedModel> MakeExtrudedModel(const Scene& scene, const BoundaryMesh& mesh);
 std::unique_ptr<PlateSurface> MakePlateModel(const Scene& scene, const MembraneDisc& disc,

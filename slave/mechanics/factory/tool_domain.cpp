@@ -116,6 +116,11 @@ double SagittaOf(const SurfaceMesh& surface, const SurfacePlace& place, const Co
 
 }  // namespace
 
+double TouchedWidth(const Tool& tool) {
+  const double shaft = tool.width > 0 ? tool.width : 2 * tool.radius;
+  return tool.shape == Tool::Shape::kRound ? kRoundWidth * shaft : shaft;
+}
+
 double PlaneError(const Scene& scene, const Tool& tool, const ObjectMesh& mesh) {
   const auto* outline = std::get_if<BoundaryMesh>(&mesh);
   if (outline == nullptr) return 0;
@@ -125,9 +130,7 @@ double PlaneError(const Scene& scene, const Tool& tool, const ObjectMesh& mesh) 
   if (!tool.depth) return std::numeric_limits<double>::infinity();
   const Lengths lengths = LengthsOf(*outline);
   const double l = lengths.smaller, T = ThicknessOf(scene.object.geometry);
-  const double shaft = tool.width > 0 ? tool.width : 2 * tool.radius;
-  const double contact = tool.shape == Tool::Shape::kRound ? kRoundWidth * shaft : shaft;
-  const double width = std::max(contact / l, kNarrowest);
+  const double width = std::max(TouchedWidth(tool) / l, kNarrowest);
   const double R = PlaneShare(scene.object.material.poisson_ratio, width, lengths.larger / l);
   const double x = 0.53 * std::pow(T / l, 0.8) / std::cbrt(width);
   return LargestError(scene.model.plane, x / (1 + x), R, std::max(1.0, T / *tool.depth));

@@ -76,6 +76,10 @@ inline constexpr double kDeepest = 0.2, kDeepestByLaw = 0.5;
 // stiff at 3.3, 32 to 40 % at 2.2]
 inline constexpr double kDepthPerSagitta = 5;
 
+// Returns the width at which a tool touches a flat surface [m]: of a round tool at a depth of a
+// tenth of its radius.
+double TouchedWidth(const Tool& tool);
+
 // Returns the relative error of a plane model's force against a solid [-]; infinite: the tool's
 // extent is not stated. 0 for other objects.
 double PlaneError(const Scene& scene, const Tool& tool, const ObjectMesh& mesh);

@@ -9,6 +9,7 @@
 
 #include "shared/text/text.h"
 #include "slave/capture/codecs/codecs.h"
+#include "slave/mechanics/factory/choose_model.h"
 #include "slave/mechanics/factory/make_model.h"
 #include "slave/pipeline/base/estimate_builder.h"
 #include "slave/pipeline/camera/camera_overlay.h"

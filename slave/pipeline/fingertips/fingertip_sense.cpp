@@ -10,6 +10,7 @@
 
 #include "slave/capture/tactile_inbox.h"
 #include "slave/capture/tactile_recording.h"
+#include "slave/mechanics/factory/choose_model.h"
 #include "slave/mechanics/factory/make_model.h"
 #include "slave/pipeline/manipulator_agreement/arm_lag.h"
 #include "slave/pipeline/offline/offline_report.h"

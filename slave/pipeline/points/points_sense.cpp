@@ -8,6 +8,7 @@
 
 #include <spdlog/fmt/fmt.h>
 
+#include "slave/mechanics/factory/choose_model.h"
 #include "slave/mechanics/factory/make_model.h"
 #include "slave/mesh/files/mesh_file.h"
 #include "slave/pipeline/base/sensing_pipeline.h"

@@ -49,32 +49,6 @@ struct FemOptions {
 constexpr bool IsHyperelastic(FemOptions::Law law) {
   return law == FemOptions::Law::kNeoHookean || law == FemOptions::Law::kOgden;
 }
-// A model that `kind: auto` rejected. NaN: unknown.
-struct RejectedModel {
-  std::string model;      // kind, variant and resolution
-  std::string why;        // reason for the rejection
-  double error = 0;       // error of the contact force, relative [-]
-  double update = 0;      // 99th percentile of the update time [s]
-  double precompute = 0;  // precompute time [s]
-};
-// The decision of `kind: auto`. An empty reason means that there is none.
-struct ModelDecision {
-  std::string reason;  // one sentence: the model, the reason and its figures
-  bool meets = false;  // whether it meets tolerance and rate within the model's range
-  double error = 0;    // error of the contact force, relative [-]
-  std::vector<RejectedModel> rejected;  // nearest first
-  double bound = 0;                     // of the error at nine of ten of all places [-]
-  double update = 0;                    // slowest percent of the updates [s]
-};
-
-// Statement about a model's accuracy in `check`, `auto`, `study` and the scene's description.
-enum class Promise : std::uint8_t { kMeets, kMayMiss, kMisses };
-// kMayMiss: the error is within the tolerance, its bound is not.
-Promise OnTolerance(double error, double bound, double tolerance) noexcept;
-// The promise of an update [s] at a rate [Hz].
-Promise OnRate(double update, double rate) noexcept;
-const char* ToString(Promise promise);  // "meets", "may miss", "MISSES"
-
 struct ModelOptions {
   std::string kind = "auto";  // or one of kModelKinds
   int elements = 180;
@@ -93,7 +67,7 @@ struct ModelOptions {
   double puncture_from = 0;   // depth from which the camera checks for a puncture [m]; 0: never
   double prestress = 0;       // tension of a membrane at rest [N/m]
   int refinements = 0;        // number of times each edge of a box or mesh file is halved
-  ModelDecision decision;     // set if the kind above was `auto`
+  std::string reason;         // why `kind: auto` took this model; empty: it was named
 };
 
 }  // namespace palpate

@@ -53,10 +53,10 @@ TEST(CheckStereoTest, TheMembranesCamerasAreReported) {
 TEST(CheckStereoTest, AutoFollowsThePress) {
   const auto scene = kStereoScenes / "rubber-membrane.yaml";
   EXPECT_THAT(OutputOf(scene, {"model={kind: auto}"}),
-              HasSubstr("model          plate-large: auto: plate-large"));
+              HasSubstr("model          plate-large: auto: membrane: an indentation of 5 thicknesses"));
   EXPECT_THAT(
       OutputOf(scene, {"model={kind: auto}", "operator.press.depth=0.2 mm"}),
-      HasSubstr("model          plate: auto: plate, as in the scene: the cheapest that meets"));
+      HasSubstr("model          plate: auto: membrane: an indentation of 0.2 thicknesses"));
 }
 
 TEST(CheckStereoTest, ARigidlyMovingTargetHasNoForce) {

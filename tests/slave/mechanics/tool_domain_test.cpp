@@ -53,6 +53,7 @@ Scene DomainScene(const MeasuredDomain& at, Plane plane) {
   scene.object.geometry = RectangleGeometry{1, at.height, at.thickness};
   scene.object.material.young_modulus = 1;
   scene.object.material.poisson_ratio = at.nu;
+  scene.model.kind = "bem2d";
   scene.model.plane = plane;
   scene.tool = Tool{.width = at.width, .depth = at.extent * at.thickness};
   return scene;

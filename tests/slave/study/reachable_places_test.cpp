@@ -58,12 +58,12 @@ TEST(ReachablePlacesTest, GoEvenlyOverWhereTheToolRestsNoneTwice) {
 TEST(ReachablePlacesTest, DecideForTheWholeObject) {
   Scene scene = Rectangle();
   scene.tool->width = kProbeWidth;
-  EXPECT_EQ(PlacesToDecide(scene).size(), 128U);
+  EXPECT_EQ(PlacesToStudy(scene).size(), 128U);
   scene.study_contacts = {{0.02, 0.06, 0}};
-  EXPECT_TRUE(PlacesToDecide(scene).empty());
+  EXPECT_TRUE(PlacesToStudy(scene).empty());
   scene.study_contacts.clear();
   scene.tool->width = 0.09;
-  EXPECT_TRUE(PlacesToDecide(scene).empty());
+  EXPECT_TRUE(PlacesToStudy(scene).empty());
 }
 
 }  // namespace

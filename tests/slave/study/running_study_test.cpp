@@ -12,7 +12,7 @@
 #include "slave/pipeline/base/sensing_pipeline.h"
 #include "slave/pipeline/offline/offline_report.h"
 #include "slave/scene/scene_loader.h"
-#include "slave/study/auto_model.h"
+#include "slave/study/own_model.h"
 #include "slave/study/volume_stiffness.h"
 #include "tests/slave/mechanics/contacts.h"
 #include "tests/slave/simulator/environment_player.h"

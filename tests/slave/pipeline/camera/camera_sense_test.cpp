@@ -161,13 +161,12 @@ TEST_F(CameraSenseTest, SettingsChangeOnlyWithTheClutchOpenAndNothingTouched) {
   EXPECT_NEAR(after.force->y() / pressed.force->y(), 1, 0.2);
 }
 
-// Auto chose the model for a press of 1 mm.
+// The scene was planned for a press of 1 mm.
 class PlannedDepthSenseTest : public CameraSenseTest {
  protected:
-  PlannedDepthSenseTest() : CameraSenseTest(Studied()) {}
-  static Scene Studied() {
+  PlannedDepthSenseTest() : CameraSenseTest(Planned()) {}
+  static Scene Planned() {
     Scene scene = Block();
-    scene.model.decision = {"auto: 60 elements", true, 0.05, {}};
     scene.operator_options.press_depth = 1e-3;
     return scene;
   }
