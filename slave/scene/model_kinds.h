@@ -88,7 +88,7 @@ inline bool IsLargeDeformation(const ModelOptions& model) {
   return kind->linearity == Linearity::kNever || (kind->iterates && IsHyperelastic(model.fem.law));
 }
 // Returns whether the model determines the contact region of rigid tools of every shape with
-// Coulomb friction: static `fem` with four-node tetrahedra and any law except those of Ogden.
+// Coulomb friction: static `fem` with four-node tetrahedra and any law except Ogden's.
 inline bool FollowsTools(const ModelOptions& model) {
   const ModelKind* kind = FindModelKind(model.kind);
   return kind != nullptr && kind->iterates && model.fem.element == FemOptions::Element::kTet4 &&

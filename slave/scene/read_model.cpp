@@ -73,18 +73,11 @@ std::vector<OgdenTerm> ReadTerms(Section& model) {
 }
 
 void ReadLaw(Section& model, Fem* fem) {
-  const auto word = model.OneOf<std::string>("law", {{"corotational", "corotational"},
-                                                     {"linear", "linear"},
-                                                     {"neo-hookean", "neo-hookean"},
-                                                     {"mooney-rivlin", "mooney-rivlin"},
-                                                     {"ogden", "ogden"}});
-  if (word == "linear") fem->law = Fem::Law::kLinear;
-  if (word == "neo-hookean") fem->law = Fem::Law::kNeoHookean;
-  if (word == "mooney-rivlin" || word == "ogden") fem->law = Fem::Law::kOgden;
-  if (word == "ogden") fem->terms = ReadTerms(model);
-  if (word != "mooney-rivlin") return;
-  const double second = model.Number("second_share");
-  fem->terms = {{1 - second, 2}, {second, -2}};
+  fem->law = model.OneOf<Fem::Law>("law", {{"corotational", Fem::Law::kCorotational},
+                                           {"linear", Fem::Law::kLinear},
+                                           {"neo-hookean", Fem::Law::kNeoHookean},
+                                           {"ogden", Fem::Law::kOgden}});
+  if (fem->law == Fem::Law::kOgden) fem->terms = ReadTerms(model);
 }
 
 void ReadFem(Section& model, Fem* fem) {
@@ -173,8 +166,7 @@ ModelOptions ReadModel(Section& scene, const SceneContext& context) {
     options.deadline = model.Number("deadline");
   } else if (model.Has("deadline")) {
     model.Refuse("deadline",
-                 "nothing here: use fem with element: tet4, time: static, any law but "
-                 "those of Ogden and Mooney-Rivlin");
+                 "nothing here: use fem with element: tet4, time: static, any law but ogden");
   }
   if (kind.has_cache) {
     const std::string folder = model.Text("cache", "a folder", std::string());

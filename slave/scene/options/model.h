@@ -34,7 +34,7 @@ struct FemOptions {
     kCorotational,
     kLinear,
     kNeoHookean,
-    kOgden  // mooney-rivlin and ogden
+    kOgden
   } law = Law::kCorotational;
   std::vector<OgdenTerm> terms;  // terms of kOgden; their shares add up to one
   enum class Time : std::uint8_t { kStatic, kDynamic } time = Time::kStatic;

@@ -81,7 +81,7 @@ TEST(SolidSceneTest, OptionsWithoutEffectAreRefused) {
        {std::pair{"{kind: fem-green, contact: friction}", "expected bonded or frictionless"},
         std::pair{"{kind: fem, element: tet10, contact: friction}", "needs tet4, statics"},
         std::pair{"{kind: fem, time: dynamic, contact: frictionless}", "needs tet4, statics"},
-        std::pair{"{kind: fem, law: mooney-rivlin, contact: friction}", "needs tet4, statics"},
+        std::pair{"{kind: fem, law: ogden, terms: [[1, 2]], contact: friction}", "needs tet4, statics"},
         std::pair{"{kind: auto, contact: friction}", "expected bonded or frictionless"},
         std::pair{"{kind: fem-green, friction: 0.5}", "nothing here: use fem with"},
         std::pair{"{kind: fem, time: dynamic, deadline: 5 ms}", "nothing here: use fem with"},
