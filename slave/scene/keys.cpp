@@ -31,7 +31,6 @@ Dimension DimensionOf(std::string_view type) {
                                    std::pair{"frequency [", kFrequency},
                                    std::pair{"angle [", kAngle},
                                    std::pair{"density [", kDensity},
-                                   std::pair{"rate [", kRate},
                                    std::pair{"speed [", kSpeed},
                                    std::pair{"[px]", kPixels},
                                    std::pair{"tension [", kTension},

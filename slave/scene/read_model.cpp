@@ -23,24 +23,10 @@ void ReadPlanar(Section& model, const ModelKind& kind, ModelOptions* options) {
       model.OneOf<Plane>("plane", {{"stress", Plane::kStress}, {"strain", Plane::kStrain}});
 }
 
-// Reads `none`, or `{mass: , stiffness: }`.
-void ReadDamping(Section& model, Fem* fem) {
-  if (!model.Has("damping")) return;
-  const DocumentNode& node = *model.node()->Find("damping");
-  if (node.kind == DocumentNode::Kind::kScalar) {
-    if (node.text != "none") model.Refuse("damping", "none or {mass: 1.0 /s, stiffness: 0.01 s}");
-    return;
-  }
-  Section damping = model.Open("damping");
-  fem->damping_mass = damping.Number("mass");
-  fem->damping_stiffness = damping.Number("stiffness");
-}
-
 void ReadMotion(Section& model, Fem* fem) {
   fem->time = model.OneOf<Fem::Time>(
       "time", {{"static", Fem::Time::kStatic}, {"dynamic", Fem::Time::kDynamic}});
   fem->step = model.Number("step");
-  ReadDamping(model, fem);
 }
 
 void ReadElement(Section& model, Fem* fem) {

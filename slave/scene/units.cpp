@@ -42,7 +42,6 @@ constexpr std::array kUnits{
     KnownUnit{kDensity, "kg/m3", 1},
     KnownUnit{kAngle, "deg", std::numbers::pi / 180},
     KnownUnit{kDensity, "g/cm3", 1e3},
-    KnownUnit{kRate, "/s", 1},
     KnownUnit{kSpeed, "m/s", 1},
     KnownUnit{kSpeed, "mm/s", 1e-3},
     KnownUnit{kSpeed, "um/s", 1e-6},

@@ -19,7 +19,6 @@ enum class Dimension : std::uint8_t {
   kFrequency,     // Hz kHz
   kAngle,         // rad deg
   kDensity,       // kg/m3 g/cm3
-  kRate,          // /s
   kSpeed,         // m/s mm/s um/s nm/s km/s
   kPixels,        // px
   kTension,       // N/m mN/m N/mm

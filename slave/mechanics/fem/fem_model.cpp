@@ -52,8 +52,6 @@ void CheckOptions(const FemOptions& options) {
     throw std::invalid_argument("gravity: expected finite numbers");
   if (!Dynamic(options)) return;
   RequirePositive("step", options.step);
-  RequireNotNegative("damping.mass", options.damping_mass);
-  RequireNotNegative("damping.stiffness", options.damping_stiffness);
 }
 
 void CheckTool(const FemModel::Params& params) {
@@ -130,10 +128,8 @@ FemModel::FemModel(const SolidMesh& mesh, const HeldNodes& held, const Params& p
   const FemOptions& options = params.options;
   SetGravity();
   if (Dynamic(options)) {
-    stepper_.emplace(
-        body_, fem::TimeStepper::Params{options.step / time_unit_, options.residual,
-                                        options.damping_mass * time_unit_,
-                                        options.damping_stiffness / time_unit_, Linear(options)});
+    stepper_.emplace(body_, fem::TimeStepper::Params{options.step / time_unit_, options.residual,
+                                                     Linear(options)});
   } else {
     equilibrium_.emplace(body_, fem::StaticEquilibrium::Params{options.residual, Linear(options),
                                                                params.deadline, progress});

@@ -82,17 +82,15 @@ bool TimeStepper::Advance(const NodeVector& f_ext, const Constraints& constraint
   return std::isfinite(now_.energy);
 }
 
-// Assembles A = M + h D + h^2 K, scaled to about one by a common factor.
+// Assembles A = M + h^2 K.
 void TimeStepper::Assemble() noexcept {
   if (params_.linear && is_assembled_) return;
-  const double h = params_.step;
-  body_.AssembleTangent(1 + h * params_.damping_mass, h * (h + params_.damping_stiffness),
-                        tangent_);
+  body_.AssembleTangent(1, params_.step * params_.step, tangent_);
   if (!is_assembled_) solver_.Renew();
   is_assembled_ = true;
 }
 
-// b = h (f_ext - f_int - h K v - D v) = h (f_ext - f_int) - A v + M v, at the start of the step.
+// b = h (f_ext - f_int - h K v) = h (f_ext - f_int) - A v + M v, at the start of the step.
 void TimeStepper::RightHandSide(const NodeVector& f_ext, const Constraints& constraints) noexcept {
   b_ = f_ext;
   Add(-1, f_int_, b_);

@@ -1,6 +1,6 @@
 // Motion of a body in steps of time, implicit Euler: with v = v_0 + dv and u = u_0 + h v
 //
-//   M dv / h = f_ext - f_int(u) - D v + reactions,   D = a M + b K(u_0)
+//   M dv / h = f_ext - f_int(u) + reactions
 //
 // One linear solve per step linearises at u_0: the public co-rotational codes do so. Source: Baraff
 // and Witkin (1998).
@@ -16,10 +16,8 @@ namespace palpate::fem {
 class TimeStepper {
  public:
   struct Params {
-    double step = 0;          // h, in the body's unit of time, > 0
-    double residual = 1e-6;   // relative to the norm of the right-hand side
-    double damping_mass = 0;  // a, b: in units of time
-    double damping_stiffness = 0;
+    double step = 0;         // h, in the body's unit of time, > 0
+    double residual = 1e-6;  // relative to the norm of the right-hand side
     bool linear = false;
   };
   // Stores a reference to the body.

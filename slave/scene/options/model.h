@@ -39,8 +39,6 @@ struct FemOptions {
   std::vector<OgdenTerm> terms;  // terms of kOgden; their shares add up to one
   enum class Time : std::uint8_t { kStatic, kDynamic } time = Time::kStatic;
   double step = 0.02;                  // time step [s]
-  double damping_mass = 0;             // Rayleigh damping a [1/s]
-  double damping_stiffness = 0;        // Rayleigh damping b [s]
   double residual = 1e-6;              // relative residual [-]
   Eigen::Vector3d gravity_O{0, 0, 0};  // [m/s^2]
   int threads = 1;                     // threads of the assembly; they do not change the result

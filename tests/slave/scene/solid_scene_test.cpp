@@ -41,15 +41,13 @@ std::string SolidMistakes(const std::string& text, SceneUse use = SceneUse::kSol
 TEST(SolidSceneTest, FemReadsWhatTheContractNames) {
   const Scene scene = LoadSolid(SolidScene(
       kSolidBox, kBottom,
-      "{kind: fem, element: tet10, law: linear, time: dynamic, step: 5 ms, damping: {mass: 1.0 /s, "
-      "stiffness: 0.01 s}, residual: 1e-9, gravity: [0, 0, -9.80665]}"));
+      "{kind: fem, element: tet10, law: linear, time: dynamic, step: 5 ms, residual: 1e-9, "
+      "gravity: [0, 0, -9.80665]}"));
   const FemOptions& fem = scene.model.fem;
   EXPECT_EQ(fem.element, FemOptions::Element::kTet10);
   EXPECT_EQ(fem.law, FemOptions::Law::kLinear);
   EXPECT_EQ(fem.time, FemOptions::Time::kDynamic);
   EXPECT_EQ(fem.step, 0.005);
-  EXPECT_EQ(fem.damping_mass, 1.0);
-  EXPECT_EQ(fem.damping_stiffness, 0.01);
   EXPECT_EQ(fem.residual, 1e-9);
   EXPECT_EQ(fem.gravity_O, Eigen::Vector3d(0, 0, -9.80665));
   EXPECT_EQ(scene.object.fixed.size(), 1U);
@@ -201,8 +199,6 @@ const RefusedSolid kRefusals[] = {
      "one to six terms whose shares add up to 1"},
     {"OgdenUnstable", kSolidBox, kBottom, "{kind: fem, law: ogden, terms: [[1.5, 2], [-0.5, -2]]}",
      "a share (0 to 1)"},
-    {"DampingInWords", kSolidBox, kBottom, "{kind: fem, damping: much}",
-     "model.damping = much: expected none or {mass: 1.0 /s, stiffness: 0.01 s}"},
     {"FrictionlessTet10", kSolidBox, kBottom, "{kind: fem, element: tet10, contact: frictionless}",
      "model.contact = frictionless: expected bonded: `fem` needs tet4"},
     {"HalfClampedMembrane", "{membrane: {radius: 39 mm, thickness: 1 mm}}",

@@ -57,15 +57,6 @@ Equilibrium::Equilibrium(const BlockLayout& layout, const ElasticBody& body, con
   if (layout.has_pressure() && !linear()) pressure_.emplace(layout, body);
 }
 
-void Equilibrium::Stiffness(const VectorXd& x, SparseMatrix* matrix) const {
-  if (linear()) {
-    *matrix = stiffness_;
-    return;
-  }
-  *matrix = layout_.pattern();
-  body_.AddTangent(x, options_.one_solve ? kWarpedTangent : kProjectedTangent, false, matrix);
-}
-
 double Equilibrium::Energy(const VectorXd& x) {
   if (!linear()) return body_.Energy(x);
   Multiply(stiffness_, x, &product_);

@@ -3,7 +3,7 @@
 //
 //   gradient W(x) + Q (x - x_0) = f + q + C^T m,   x = given on fixed unknowns,   C x = c
 //
-// Q and q carry inertia and damping of a time step that began at x_0 (none in statics), m are the
+// Q and q carry the inertia of a time step that began at x_0 (none in statics), m are the
 // forces of contacts that move a point between nodes. Nondimensional.
 #pragma once
 
@@ -64,8 +64,6 @@ class Equilibrium {
   [[nodiscard]] const SymmetricSolver& solver() const { return solver_; }
   // Elastic energy W(x).
   double Energy(const Eigen::VectorXd& x);
-  // Stiffness at x without inertia.
-  void Stiffness(const Eigen::VectorXd& x, SparseMatrix* matrix) const;
 
  private:
   [[nodiscard]] bool linear() const { return body_.law().law() == FemOptions::Law::kLinear; }

@@ -22,42 +22,28 @@ SolidMotion::SolidMotion(const FemOptions& options, const BlockLayout& layout,
       equilibrium_(equilibrium),
       state_(state),
       mass_(layout.pattern()),
-      damping_(mass_),
       inertia_(mass_) {
   velocity_ = start_ = start_velocity_ = product_ = VectorXd::Zero(layout.size());
   body.AddMass(density, &mass_);
+  const auto values = [](SparseMatrix& m) {
+    return Eigen::Map<VectorXd>(m.valuePtr(), m.nonZeros());
+  };
+  values(inertia_) = 1 / (options.step * options.step) * values(mass_);
   state_.balance.inertia = &inertia_;
   state_.balance.origin = &start_;
 }
 
 void SolidMotion::Reset() {
   velocity_.setZero();
-  is_prepared_ = false;
 }
 
-// Q = c_m M + c_d D and its share of the load, from the state at the start of the step.
+// Sets the inertia's share of the load from the state at the start of the step.
 void SolidMotion::Prepare() {
-  const FemOptions& o = options_;
-  const double h = o.step;
-  const double c_m = 1 / (h * h), c_d = 1 / h;
-  const bool constant = linear() || o.damping_stiffness == 0;
-  if (!is_prepared_ || !constant) {
-    const auto n = mass_.nonZeros();
-    const auto values = [&](SparseMatrix& m) { return Eigen::Map<VectorXd>(m.valuePtr(), n); };
-    if (o.damping_stiffness > 0) {
-      equilibrium_.Stiffness(state_.x, &damping_);
-    } else {
-      values(damping_).setZero();
-    }
-    values(damping_) = o.damping_stiffness * values(damping_) + o.damping_mass * values(mass_);
-    values(inertia_) = c_m * values(mass_) + c_d * values(damping_);
-    is_prepared_ = true;
-  }
   start_ = state_.x;
   start_velocity_ = velocity_;
   start_row_force_ = state_.balance.row_force;
   Multiply(mass_, velocity_, &product_);
-  state_.balance.force = state_.loads + c_m * h * product_;
+  state_.balance.force = state_.loads + product_ / options_.step;
 }
 
 bool SolidMotion::Step() {

@@ -1,5 +1,4 @@
-// Motion of a solid in steps of time: implicit Euler, damped by D = a M + b K with the tangent K at
-// the start of the step.
+// Motion of a solid in steps of time: implicit Euler.
 #pragma once
 
 #include <Eigen/Core>
@@ -39,10 +38,10 @@ class SolidMotion {
   FemOptions options_;
   Equilibrium& equilibrium_;
   SolidState& state_;
-  SparseMatrix mass_, damping_, inertia_;  // M, D, Q
+  SparseMatrix mass_, inertia_;  // M, Q = M / h^2
   Eigen::VectorXd velocity_, product_;
   Eigen::VectorXd start_, start_velocity_, start_row_force_;  // of the step
-  bool is_prepared_ = false, grew_ = false;
+  bool grew_ = false;
   double start_energy_ = 0;
 };
 

@@ -25,10 +25,6 @@ void CheckPressure(const SolidParams& params) {
   if (o.law != Law::kLinear && nu > kNearlyIncompressible) {
     RefuseValue("poisson_ratio", nu, "at most 0.49999 unless law = linear");
   }
-  if (o.time == FemOptions::Time::kDynamic && o.damping_stiffness > 0) {
-    RefuseValue("damping.stiffness", o.damping_stiffness,
-                "0 with a pressure unknown (tet10 from poisson_ratio = 0.49 on)");
-  }
 }
 
 }  // namespace
@@ -49,11 +45,7 @@ SolidParams Checked(const SolidParams& params) {
   if (!o.gravity_O.allFinite()) throw std::invalid_argument("gravity: expected finite numbers");
   if (o.time == FemOptions::Time::kDynamic || !o.gravity_O.isZero(0))
     RequirePositive("density", params.density);
-  if (o.time == FemOptions::Time::kDynamic) {
-    RequirePositive("step", o.step);
-    RequireNotNegative("damping.mass", o.damping_mass);
-    RequireNotNegative("damping.stiffness", o.damping_stiffness);
-  }
+  if (o.time == FemOptions::Time::kDynamic) RequirePositive("step", o.step);
   CheckPressure(params);
   return params;
 }
