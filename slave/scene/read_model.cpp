@@ -72,7 +72,6 @@ void ReadFem(Section& model, Fem* fem) {
   ReadMotion(model, fem);
   fem->residual = model.Number("residual");
   fem->gravity_O = model.Vector3("gravity");
-  fem->threads = model.Integer("threads");
 }
 
 bool IsFem(const ModelKind& kind) {

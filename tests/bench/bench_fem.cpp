@@ -1,10 +1,10 @@
 // Time of a step of co-rotational dynamics by mesh size and tolerance.
 //
 // Hard foam (E 3800 Pa, nu 0.15, 45 kg/m3), a cube of 6 cm held at x = 0 and pressed at the
-// opposite face with up to 0.1 N, ramped over 4 s; implicit Euler, 20 ms, one linear solve per step,
-// one thread. Times are CPU times of a step; `residual` is
-// the largest relative one of the linear systems, in double precision; `error` that of the final
-// displacement against a tolerance of 1e-12; `tail` p99 over the median.
+// opposite face with up to 0.1 N, ramped over 4 s; implicit Euler, 20 ms, one linear solve per
+// step, one thread. Times are CPU times of a step; `residual` is the largest relative one of the
+// linear systems, in double precision; `error` that of the final displacement against a tolerance
+// of 1e-12; `tail` p99 over the median.
 #include <algorithm>
 #include <array>
 #include <cmath>

@@ -101,8 +101,8 @@ PALPATE_INLINE void StoreThree(double* p, const Double4& v) {
 
 // block = stiffness (ratio X + X^T) + (mass m + stiffness d) I, X = sum of q_a q_b^T.
 PALPATE_DISPATCHED void AssembleBlocks(const Stencil& s, const int* corners, const NodeValue* q,
-                                       double* values, int first, int last) {
-  for (int u = first; u < last; ++u) {
+                                       double* values, int count) {
+  for (int u = 0; u < count; ++u) {
     Double4 x0{}, x1{}, x2{};
     for (int c = s.begin[u]; c < s.begin[u + 1]; ++c) {
       const Double4 a = Load4(q[corners[2 * c]].v);
@@ -129,9 +129,8 @@ PALPATE_DISPATCHED void AssembleBlocks(const Stencil& s, const int* corners, con
 }
 
 PALPATE_DISPATCHED void GatherForces(const int* begin, const int* touching,
-                                     const NodeValue* corner_forces, NodeValue* f, int first,
-                                     int last) {
-  for (int i = first; i < last; ++i) {
+                                     const NodeValue* corner_forces, NodeValue* f, int count) {
+  for (int i = 0; i < count; ++i) {
     Double4 sum{};
     for (int t = begin[i]; t < begin[i + 1]; ++t) sum += Load4(corner_forces[touching[t]].v);
     Store4(f[i].v, sum);
@@ -146,8 +145,7 @@ FemBody::FemBody(const SolidMesh& mesh, const HeldNodes& held, const Params& par
       tets_((Number(mesh, held), Renumbered(mesh.tets, number_))),
       elements_(
           (SortElements(), SolidMesh{points_, tets_, Renumbered(mesh.modulus, mesh_element_)}),
-          LameOf(params.poisson_ratio), params.law),
-      team_(params.threads) {
+          LameOf(params.poisson_ratio), params.law) {
   pattern_ = MakePattern(GraphOf(moving_, tets_));
   part_ = PartsOf(tets_, points_.size(), &parts_);
   FindContributions();
@@ -309,10 +307,8 @@ void FemBody::MirrorUpper(BlockMatrix& matrix) noexcept {
 }
 
 void FemBody::InternalForce(NodeVector& f) noexcept {
-  team_.For(size(), [&](int first, int last) {
-    GatherForces(touching_.begin.data(), touching_.column.data(), elements_.corner_forces().data(),
-                 f.data(), first, last);
-  });
+  GatherForces(touching_.begin.data(), touching_.column.data(), elements_.corner_forces().data(),
+               f.data(), size());
 }
 
 void FemBody::AssembleTangent(double mass, double stiffness, BlockMatrix& matrix) noexcept {
@@ -324,10 +320,8 @@ void FemBody::AssembleTangent(double mass, double stiffness, BlockMatrix& matrix
                         mass,
                         stiffness,
                         elements_.lame().lambda / elements_.lame().mu};
-  team_.For(static_cast<int>(upper_.size()), [&](int first, int last) {
-    AssembleBlocks(stencil, corners_.data(), elements_.corner_gradients().data(), matrix.block(0),
-                   first, last);
-  });
+  AssembleBlocks(stencil, corners_.data(), elements_.corner_gradients().data(), matrix.block(0),
+                 static_cast<int>(upper_.size()));
 }
 
 void FemBody::NodeRotations(NodeVector& rotations) const noexcept {

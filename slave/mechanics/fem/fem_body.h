@@ -12,7 +12,6 @@
 
 #include "shared/mesh/solid_mesh.h"
 #include "slave/mechanics/fem/tet_elements.h"
-#include "slave/mechanics/fem/worker_team.h"
 #include "slave/mechanics/linear/block_matrix.h"
 
 namespace palpate::fem {
@@ -22,7 +21,6 @@ class FemBody {
   struct Params {
     double poisson_ratio = 0;
     TetElements::Law law = TetElements::Law::kCorotational;
-    int threads = 1;
   };
 
   // `held`: per node and component. Throws std::invalid_argument: no element, more than 4 million,
@@ -58,7 +56,7 @@ class FemBody {
   [[nodiscard]] int parts() const { return parts_; }
 
   // Forces, energy and rotations at a displacement; the two below are of the last one.
-  ElementSummary Evaluate(const NodeVector& u) noexcept { return elements_.Evaluate(u, team_); }
+  ElementSummary Evaluate(const NodeVector& u) noexcept { return elements_.Evaluate(u); }
   // Computes the same and the tangent: exact for the neo-Hookean law, plus `shift` times a
   // stiffness against every gradient; for other laws that of AssembleTangent.
   ElementSummary EvaluateWithTangent(const NodeVector& u, double shift,
@@ -94,7 +92,6 @@ class FemBody {
   BlockPattern pattern_;
   std::vector<std::array<int, 4>> tets_;
   TetElements elements_;
-  WorkerTeam team_;
 
   std::vector<int> upper_;          // blocks at or right of the diagonal
   std::vector<int> corners_begin_;  // per upper block, in corners_

@@ -45,9 +45,6 @@ void CheckOptions(const FemOptions& options) {
   if (!(options.residual >= 1e-14 && options.residual < 1)) {
     RefuseValue("residual", options.residual, "1e-14 <= residual < 1");
   }
-  if (options.threads < 1 || options.threads > 256) {
-    RefuseValue("threads", options.threads, "1 to 256");
-  }
   if (!options.gravity_O.allFinite())
     throw std::invalid_argument("gravity: expected finite numbers");
   if (!Dynamic(options)) return;
@@ -105,11 +102,10 @@ VolumeModel::Traits CheckedTraits(const SolidMesh& mesh, const HeldNodes& held,
 fem::FemBody::Params BodyParams(const FemModel::Params& params) {
   using Law = fem::TetElements::Law;
   const FemOptions::Law law = params.options.law;
-  return {params.material.poisson_ratio,
-          law == FemOptions::Law::kLinear       ? Law::kLinear
-          : law == FemOptions::Law::kNeoHookean ? Law::kNeoHookean
-                                                : Law::kCorotational,
-          params.options.threads};
+  return {params.material.poisson_ratio, law == FemOptions::Law::kLinear ? Law::kLinear
+                                         : law == FemOptions::Law::kNeoHookean
+                                             ? Law::kNeoHookean
+                                             : Law::kCorotational};
 }
 
 }  // namespace

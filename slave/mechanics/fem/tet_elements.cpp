@@ -164,8 +164,8 @@ PALPATE_INLINE Double8 Determinant(const Lanes3x3& G) {
 }
 
 PALPATE_DISPATCHED void EvaluateGroups(TetGroup* groups, const NodeValue* u, const Lame& lame,
-                                       bool rotating, const Output& out, int first, int last) {
-  for (int g = first; g < last; ++g) {
+                                       bool rotating, const Output& out, int count) {
+  for (int g = 0; g < count; ++g) {
     TetGroup& group = groups[g];
     const Lanes3x3 G = GradientOf(group, u);
     Lanes3x3 Q{};
@@ -232,8 +232,8 @@ PALPATE_INLINE NeoHookeanPoint EvaluateNeoHookean(const NeoHookeanModuli& law, T
 
 PALPATE_DISPATCHED void EvaluateHyperelastic(TetGroup* groups, const NodeValue* u,
                                              const NeoHookeanModuli& law, NodeValue* forces,
-                                             int first, int last) {
-  for (int g = first; g < last; ++g) {
+                                             int count) {
+  for (int g = 0; g < count; ++g) {
     EvaluateNeoHookean(law, groups[g], u, forces + 4 * kLanes * static_cast<std::size_t>(g));
   }
 }
@@ -291,15 +291,13 @@ void TetElements::ForgetRotations() noexcept {
   for (auto& group : groups_) group.quaternion = {Double8{} + 1, Double8{}, Double8{}, Double8{}};
 }
 
-ElementSummary TetElements::Evaluate(const NodeVector& u, WorkerTeam& team) noexcept {
+ElementSummary TetElements::Evaluate(const NodeVector& u) noexcept {
   const Output out{forces_.data(), gradients_.data()};
-  team.For(groups(), [&](int first, int last) {
-    if (law_ == Law::kNeoHookean) {
-      EvaluateHyperelastic(groups_.data(), u.data(), ModuliOf(lame_), out.forces, first, last);
-    } else {
-      EvaluateGroups(groups_.data(), u.data(), lame_, law_ == Law::kCorotational, out, first, last);
-    }
-  });
+  if (law_ == Law::kNeoHookean) {
+    EvaluateHyperelastic(groups_.data(), u.data(), ModuliOf(lame_), out.forces, groups());
+  } else {
+    EvaluateGroups(groups_.data(), u.data(), lame_, law_ == Law::kCorotational, out, groups());
+  }
   return Summary();
 }
 

@@ -16,7 +16,6 @@
 #include <Eigen/Core>
 
 #include "shared/mesh/solid_mesh.h"
-#include "slave/mechanics/fem/worker_team.h"
 #include "slave/mechanics/linear/block_matrix.h"
 #include "slave/mechanics/linear/lanes.h"
 #include "slave/mechanics/tet_mesh.h"
@@ -57,8 +56,8 @@ class TetElements {
   TetElements(const SolidMesh& mesh, const Lame& lame, Law law);
 
   // Rotations start from those of the last evaluation. Allocation-free.
-  ElementSummary Evaluate(const NodeVector& u, WorkerTeam& team) noexcept;
-  // Evaluates the neo-Hookean law and adds its tangent in one pass, on one thread.
+  ElementSummary Evaluate(const NodeVector& u) noexcept;
+  // Evaluates the neo-Hookean law and adds its tangent in one pass.
   ElementSummary EvaluateWithTangent(const NodeVector& u, std::span<const GroupBlocks> blocks,
                                      const TangentTarget& tangent) noexcept;
   // Resets rotations to the identity.

@@ -41,7 +41,6 @@ struct FemOptions {
   double step = 0.02;                  // time step [s]
   double residual = 1e-6;              // relative residual [-]
   Eigen::Vector3d gravity_O{0, 0, 0};  // [m/s^2]
-  int threads = 1;                     // threads of the assembly; they do not change the result
 };
 // Whether this constitutive model is for large strains.
 constexpr bool IsHyperelastic(FemOptions::Law law) {

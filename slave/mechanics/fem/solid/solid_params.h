@@ -10,7 +10,7 @@
 namespace palpate {
 
 struct SolidParams {
-  FemOptions options;        // threads: one is used
+  FemOptions options;
   double young_modulus = 0;  // E [Pa]
   double poisson_ratio = 0;  // -1 < nu <= 0.5
   double density = 0;        // [kg/m^3], > 0 where there is gravity or time

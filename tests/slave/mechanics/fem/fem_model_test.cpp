@@ -112,27 +112,6 @@ TEST(FemModel, ResetForgetsTheHistory) {
   }
 }
 
-// Law: any number of threads gives the same bits.
-TEST(FemModel, ThreadsDoNotChangeABit) {
-  const SolidMesh mesh = CubeOfFoam(8);
-  for (const auto time : {FemOptions::Time::kStatic, FemOptions::Time::kDynamic}) {
-    std::vector<Vector3d> one;
-    for (const int threads : {1, 2, 3, 7}) {
-      auto params = solids::Foam();
-      params.options.time = time;
-      params.options.threads = threads;
-      FemModel model(mesh, FixedFloor(mesh), params);
-      Solution solution;
-      for (int i = 0; i < 3; ++i) {
-        Respond(model, {Push({0.03, 0.03, 0.06}, {0, 0.03 * i, -0.1}, 0.02)}, &solution);
-      }
-      const auto u = Displacement(model, solution);
-      if (one.empty()) one = u;
-      EXPECT_EQ(solids::Difference(u, one), 0) << threads << " threads";
-    }
-  }
-}
-
 // A body oscillates so far that its factor becomes outdated and is replaced, part by part, several
 // times. Reference: the same motion with every linear system solved to rounding; a residual of 1e-6
 // changes the final displacement by up to 1e-4. No memory is allocated during the motion.
