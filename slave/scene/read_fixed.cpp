@@ -1,5 +1,4 @@
 #include <algorithm>
-#include <string_view>
 
 #include "slave/scene/sections.h"
 
@@ -57,38 +56,18 @@ FixedNodes ReadNodes(Section& section) {
   return fixed;
 }
 
-// `x`, `xy` or `[x, y]`; in 3D z too.
-std::array<bool, 3> ReadComponents(Section& section, bool is_planar) {
-  const char* accepted = is_planar ? "x, y, xy or [x, y]" : "x, y, z, such as xy, or [x, y]";
-  if (!section.Has("components")) return {true, true, true};
-  const DocumentNode& node = *section.node()->Find("components");
-  std::string letters = node.text;
-  for (const auto& item : node.children) letters += item.text;
-  const std::string_view axes = is_planar ? "xy" : "xyz";
-  std::array<bool, 3> held{false, false, false};
-  for (std::size_t i = 0; i < axes.size(); ++i) held[i] = letters.find(axes[i]) != letters.npos;
-  const bool is_understood = letters.find_first_not_of(axes) == std::string::npos;
-  if (letters.empty() || !is_understood) section.Refuse("components", accepted);
-  return held;
-}
-
 Fixed ReadFixedEntry(Section& section, const Geometry& geometry) {
   constexpr const char* kOneOf = "exactly one of side, arc, plane, nodes";
   constexpr std::array kKinds{"side", "arc", "plane", "nodes"};
   Fixed fixed;
   if (!section.present()) return fixed;  // no map, which is reported already
-  fixed.components = ReadComponents(section, IsPlanar(geometry));
   const auto found =
       std::ranges::count_if(kKinds, [&](const char* kind) { return section.Has(kind); });
   if (found != 1) {
     section.mistakes()->Add(*section.node(), section.path(), kOneOf);
     return fixed;
   }
-  const bool is_membrane = IsSkin(geometry);
-  if (is_membrane && section.Has("components")) {
-    section.Refuse("components", "nothing here, because a membrane is clamped in all components");
-  }
-  if (is_membrane && !section.Has("side")) {
+  if (IsSkin(geometry) && !section.Has("side")) {
     section.mistakes()->Add(*section.node(), section.path(),
                             "{side: rim}, because a membrane is clamped");
     return fixed;

@@ -100,7 +100,7 @@ class Precompute(FolderTest):
         for wrong in ("0/8", "9/8", "1", "a/b"):
             self.refuse(2, "expected i/n with 1 <= i <= n", *self.command(cache, "--shard", wrong))
         self.refuse(2, "fem-green needs a fixed body",
-                    *self.command(cache, "--override", "object.fixed={plane: {axis: z, at: 0 mm}, components: z}"))
+                    *self.command(cache, "--override", "object.fixed={nodes: [0]}"))
         self.assertFalse(cache.exists())
         cache.write_text("no folder")
         self.refuse(1, "cannot write to the cache", *self.command(cache))

@@ -61,7 +61,7 @@ ExtrudedModel::ExtrudedModel(BoundaryMesh mesh, std::vector<std::array<bool, 2>>
   }
   const auto is_held = [](const std::array<bool, 2>& h) { return h[0] && h[1]; };
   if (std::ranges::none_of(held_, is_held)) {
-    throw std::invalid_argument("object.fixed: expected a part that is held along x and y");
+    throw std::invalid_argument("object.fixed: expected a part that is held");
   }
   Eigen::AlignedBox2d box;
   for (int i = 0; i < mesh_.size(); ++i) {

@@ -250,10 +250,8 @@ class Unknowns {
           const bool is_under = (edge.tag & Prism::kTool) != 0 && z > prism.front - near &&
                                 z < prism.front + prism.depth + near;
           if (is_under) Move(node, level);
-          const bool x = (edge.tag & Prism::kHeldX) != 0, y = (edge.tag & Prism::kHeldY) != 0;
-          if (x) at(node, level, 0) = kHeld;
-          if (y) at(node, level, 1) = kHeld;
-          if (x && y) at(node, level, 2) = kHeld;
+          if ((edge.tag & Prism::kHeld) == 0) continue;
+          for (int c = 0; c < 3; ++c) at(node, level, c) = kHeld;
         }
       }
     }

@@ -20,7 +20,7 @@ namespace palpate {
 
 struct Prism {
   // Flags of the outline's segments, added.
-  static constexpr int kHeldX = 1, kHeldY = 2, kTool = 4;
+  static constexpr int kHeld = 1, kTool = 2;
 
   std::vector<Eigen::Vector2d> points;
   std::vector<MeshSegment> segments;  // closed loops

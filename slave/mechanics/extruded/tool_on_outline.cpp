@@ -24,7 +24,7 @@ int LoopOf(const BoundaryMesh& mesh, int element) {
 }
 
 int TagOf(const std::array<bool, 2>& held) {
-  return (held[0] ? Prism::kHeldX : 0) + (held[1] ? Prism::kHeldY : 0);
+  return held[0] && held[1] ? Prism::kHeld : 0;
 }
 
 // A vertex of the outline before segments are joined; its tag is that of the following segment.

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <stdexcept>
 #include <utility>
 
 #include "slave/mesh/index.h"
@@ -45,8 +44,7 @@ void Prescribe(const QuadraticMesh& mesh, Prescribed& prescribed, Fields& values
   values = Fields::Zero(nodes, 4);
   for (const auto& edge : mesh.boundary) {
     for (const int n : edge.node) {
-      if ((edge.tag & (kHeldX | kPatch)) != 0) prescribed(n, 0) = true;
-      if ((edge.tag & (kHeldY | kPatch)) != 0) prescribed(n, 1) = true;
+      if (edge.tag != 0) prescribed.row(n).setConstant(true);
       if ((edge.tag & kPatch) != 0) values.row(n) << 1, 0, 0, 1;
     }
   }
@@ -112,12 +110,8 @@ double SlidingStiffness(const TrueBody& body, double poisson_ratio, Plane plane,
   Prescribed prescribed = Prescribed::Constant(nodes, 2, false);
   Fields values = Fields::Zero(nodes, 2);
   for (const auto& edge : mesh.boundary) {
-    const int held = edge.tag & (kHeldX | kHeldY);
-    if (held == kHeldX || held == kHeldY) {
-      throw std::runtime_error("sliding contact: a support leaves one component free");
-    }
     for (const int n : edge.node) {
-      if (held != 0) prescribed.row(n).setConstant(true);
+      if ((edge.tag & kHeld) != 0) prescribed.row(n).setConstant(true);
       if ((edge.tag & kPatch) != 0) prescribed(n, 1) = true, values(n, 1) = 1;
     }
   }
@@ -142,7 +136,7 @@ TaggedOutline Divide(const TrueBody& body, int loop, std::pair<double, double> p
     }
     std::sort(cuts.begin(), cuts.end());
     cuts.push_back(e.length());
-    const int held = (e.held_x ? kHeldX : 0) | (e.held_y ? kHeldY : 0);
+    const int held = e.is_held ? kHeld : 0;
     for (std::size_t c = 0; c + 1 < cuts.size(); ++c) {
       const double middle = e.s + 0.5 * (cuts[c] + cuts[c + 1]);
       const bool touched = e.loop == loop && shifted(middle, patch.first) < patch.second;

@@ -16,7 +16,7 @@ namespace palpate::simulation {
 
 // A body's edges for meshing: divided at the ends of the tool's contact, each piece marked as
 // fixed, moved or free.
-enum Tag : int { kHeldX = 1, kHeldY = 2, kPatch = 4 };
+enum Tag : int { kHeld = 1, kPatch = 2 };
 
 struct TaggedOutline {
   std::vector<Eigen::Vector2d> points;

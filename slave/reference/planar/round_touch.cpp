@@ -62,10 +62,8 @@ void Prescribe(const QuadraticMesh& mesh, const std::vector<int>& nodes, Prescri
   prescribed = Prescribed::Constant(count, 2, false);
   values = Fields::Zero(count, 4 * static_cast<Eigen::Index>(nodes.size()));
   for (const auto& edge : mesh.boundary) {
-    for (const int n : edge.node) {
-      if ((edge.tag & kHeldX) != 0) prescribed(n, 0) = true;
-      if ((edge.tag & kHeldY) != 0) prescribed(n, 1) = true;
-    }
+    if ((edge.tag & kHeld) == 0) continue;
+    for (const int n : edge.node) prescribed.row(n).setConstant(true);
   }
   for (std::size_t i = 0; i < nodes.size(); ++i) {
     const auto first = 4 * static_cast<Eigen::Index>(i);

@@ -65,8 +65,7 @@ TrueBody::TrueBody(const Scene& scene)
   larger_side_ = (upper_ - lower_).maxCoeff();
   SplitAtArcs(scene.object.fixed);
   for (const Fixed& fixed : scene.object.fixed) Hold(fixed);
-  if (std::none_of(edges_.begin(), edges_.end(),
-                   [](const Edge& e) { return e.held_x || e.held_y; })) {
+  if (std::none_of(edges_.begin(), edges_.end(), [](const Edge& e) { return e.is_held; })) {
     throw std::invalid_argument(
         "object.fixed: contains no part of the boundary; the simulator expects a side, an "
         "arc or a plane that does");
@@ -140,11 +139,7 @@ void TrueBody::Hold(const Fixed& fixed) {
         "object.fixed.nodes: the simulator expects a side, an arc or a plane; nodes belong "
         "to a model's mesh");
   };
-  for (Edge& e : edges_) {
-    if (!held(e)) continue;
-    e.held_x = e.held_x || fixed.components[0];
-    e.held_y = e.held_y || fixed.components[1];
-  }
+  for (Edge& e : edges_) e.is_held = e.is_held || held(e);
 }
 
 double TrueBody::loop_length(int loop) const {

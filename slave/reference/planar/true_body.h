@@ -29,7 +29,7 @@ class TrueBody {
     int loop = 0;
     double s = 0;  // arc length at its start
     Eigen::Vector2d a{0, 0}, b{0, 0};
-    bool held_x = false, held_y = false;
+    bool is_held = false;
     [[nodiscard]] double length() const { return (b - a).norm(); }
     [[nodiscard]] Eigen::Vector2d normal() const {
       const Eigen::Vector2d t = (b - a) / length();

@@ -141,7 +141,7 @@ Sides SidesOf(const TrueBody& body, const BoundaryPlace& place) {
   }
   Sides sides;
   for (std::size_t i = 0; i < 4; ++i) sides.edge[i] = edges[(pressed + i) % 4];
-  if (sides.edge[0].held_x || sides.edge[0].held_y) {
+  if (sides.edge[0].is_held) {
     throw std::invalid_argument("object.fixed: the simulated tool presses a side that is held");
   }
   return sides;
@@ -162,16 +162,12 @@ void Narrow(double excess, double length, double* low, double* high) {
 }
 
 // Returns the row of the system for each component of each node.
-std::vector<int> RowsOf(const Grid& grid, const Sides& sides, const Matrix2d& to_O,
-                        const Tooling& tool, int* count) {
+std::vector<int> RowsOf(const Grid& grid, const Sides& sides, const Tooling& tool, int* count) {
   std::vector<int> rows(3 * Index(grid.count()), 0);
   const double near = 1e-9 * grid.nodes[0].back();
   const auto hold = [&](int node, const TrueBody::Edge& edge) {
-    // Sides are parallel to x or y of O, and so are the axes.
-    const int x_axis = std::abs(to_O(0, 0)) > 0.5 ? 0 : 1;
-    if (edge.held_x) rows[Index(3 * node + x_axis)] = kHeld;
-    if (edge.held_y) rows[Index(3 * node + 1 - x_axis)] = kHeld;
-    if (edge.held_x && edge.held_y) rows[Index(3 * node + 2)] = kHeld;
+    if (!edge.is_held) return;
+    for (int c = 0; c < 3; ++c) rows[Index(3 * node + c)] = kHeld;
   };
   for (int k = 0; k < grid.size(2); ++k) {
     for (int j = 0; j < grid.size(1); ++j) {
@@ -303,7 +299,7 @@ PatchSolution SolveBlock(const TrueBody& body, double poisson_ratio, double thic
                 NodesOf(Ends(depth, 0, 0, first)),
                 NodesOf(Ends(thickness / unit, tooling.front, tooling.back, first))};
   int count = 0;
-  const std::vector<int> rows = RowsOf(grid, sides, to_O, tooling, &count);
+  const std::vector<int> rows = RowsOf(grid, sides, tooling, &count);
   Matrix2d stiffness;
   const Eigen::MatrixXd u = SolveCases(grid, rows, count, nu, &stiffness);
   solution.stiffness = to_O * stiffness * to_O.transpose() * unit / thickness;

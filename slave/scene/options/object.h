@@ -105,7 +105,8 @@ struct FixedNodes {
 };  // element indices from 0
 struct Fixed {
   std::variant<FixedSide, FixedArc, FixedPlane, FixedNodes> where;
-  std::array<bool, 3> components{true, true, true};  // fixed components x, y, z
+  // Fixed components x, y, z; no key. With single ones the tests' bodies have uniform stress.
+  std::array<bool, 3> components{true, true, true};
 };
 
 // A part of a volume with another modulus. Frame O, boundary included.

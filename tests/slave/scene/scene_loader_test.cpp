@@ -43,17 +43,13 @@ TEST(SceneLoaderTest, OverridesReplaceAddAndReachIntoLists) {
 }
 
 TEST(SceneLoaderTest, ReadsEveryWayToFix) {
-  const Scene scene =
-      Load(SmallSceneWith(5,
-                          "  fixed: [{side: left, components: x}, {plane: {axis: y, at: 40 mm}, "
-                          "components: [x, y]}, {nodes: [0, 5], components: y}]"));
+  const Scene scene = Load(
+      SmallSceneWith(5, "  fixed: [{side: left}, {plane: {axis: y, at: 40 mm}}, {nodes: [0, 5]}]"));
   ASSERT_EQ(scene.object.fixed.size(), 3U);
-  EXPECT_EQ(scene.object.fixed[0].components, (std::array{true, false, false}));
+  EXPECT_EQ(std::get<FixedSide>(scene.object.fixed[0].where).side, "left");
   EXPECT_EQ(std::get<FixedPlane>(scene.object.fixed[1].where).axis, 1);
   EXPECT_DOUBLE_EQ(std::get<FixedPlane>(scene.object.fixed[1].where).at, 0.04);
-  EXPECT_EQ(scene.object.fixed[1].components, (std::array{true, true, false}));
   EXPECT_EQ(std::get<FixedNodes>(scene.object.fixed[2].where).nodes, (std::vector{0, 5}));
-  EXPECT_EQ(scene.object.fixed[2].components, (std::array{false, true, false}));
 }
 
 // Definition: rotation about fixed x, y, z in turn: x to y by 90 degrees about z.

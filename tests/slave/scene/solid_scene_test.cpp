@@ -202,8 +202,6 @@ const RefusedSolid kRefusals[] = {
      "a share (0 to 1)"},
     {"FrictionlessTet10", kSolidBox, kBottom, "{kind: fem, element: tet10, contact: frictionless}",
      "model.contact = frictionless: expected bonded: `fem` needs tet4"},
-    {"HalfClampedMembrane", "{membrane: {radius: 39 mm, thickness: 1 mm}}",
-     "{side: rim, components: z}", "{kind: plate}", "components = z: expected nothing here"},
 };
 
 INSTANTIATE_TEST_SUITE_P(Scenes, SolidRefusalTest, ::testing::ValuesIn(kRefusals),
