@@ -51,7 +51,6 @@ double DeadAfter(double stated) {
 RemoteFingertip Fingertip(const v1::SceneDescription::Fingertip& message) {
   RemoteFingertip fingertip{Presentable(message.name(), kMaxWordsLength),
                             Presentable(message.network(), kMaxWordsLength),
-                            Presentable(message.localiser(), kMaxWordsLength),
                             {}};
   const auto& p = message.p_s_finger();
   fingertip.p_S_home = {p.x(), p.y(), p.z()};

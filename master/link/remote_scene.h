@@ -18,7 +18,7 @@ class SceneDescription;
 
 // A fingertip of the slave's scene.
 struct RemoteFingertip {
-  std::string name, network, localiser;                // text for people
+  std::string name, network;                           // text for people
   Eigen::Vector3d p_S_home = Eigen::Vector3d::Zero();  // position while the device is at home [m]
 };
 

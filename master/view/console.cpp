@@ -226,8 +226,7 @@ std::string FingertipsInWords(const std::vector<RemoteFingertip>& fingertips) {
   for (const RemoteFingertip& tip : fingertips) {
     const std::string network =
         tip.network.empty() ? "no neural network: its force is unknown" : tip.network;
-    const std::string localiser = tip.localiser.empty() ? "" : "; " + tip.localiser;
-    words += (words.empty() ? "fingertips " : ", ") + tip.name + " (" + network + localiser + ")";
+    words += (words.empty() ? "fingertips " : ", ") + tip.name + " (" + network + ")";
   }
   return words;
 }

@@ -53,15 +53,6 @@ int ReadRest(Section& section, int fallback) {
   return fallback;
 }
 
-std::string ReadLocalise(Section& section, const std::string& fallback) {
-  constexpr std::array kWords{"auto", "paper", "pressure-weighted"};
-  constexpr const char* kAccepted = "auto, paper or pressure-weighted";
-  const std::string text = section.Text("localise", kAccepted, fallback);
-  if (std::ranges::find(kWords, text) != kWords.end()) return text;
-  section.Refuse("localise", kAccepted);
-  return fallback;
-}
-
 void RequireName(const Section& section, std::string_view key, std::string_view name) {
   const auto is_plain = [](char c) {
     return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '_' ||
@@ -118,17 +109,8 @@ Finger ReadOnlyFinger(Section& tactile) {
   return finger;
 }
 
-// A percentage has no meaning for a count.
-void RefusePercentOfCounts(Section& section) {
-  const DocumentNode* node = section.Has("threshold") ? section.node()->Find("threshold") : nullptr;
-  if (node == nullptr || !node->text.ends_with('%')) return;
-  section.Refuse("threshold", "a plain number of counts");
-}
-
 void ReadMeasures(Section& section, Tactile* tactile) {
   tactile->rate = section.Number("rate");
-  tactile->threshold = section.Number("threshold");
-  RefusePercentOfCounts(section);
   tactile->finger_radius = section.Number("radius");
   tactile->pose_tolerance = section.Number("pose_tolerance");
   tactile->patch = section.Number("patch");
@@ -183,7 +165,6 @@ std::optional<Tactile> ReadTactile(Section& sense, const SceneContext& context) 
   if (tactile.fingers.empty()) tactile.fingers.emplace_back();  // after a mistake
   tactile.network = ReadNetwork(section, context);
   tactile.rest_samples = ReadRest(section, tactile.rest_samples);
-  tactile.localise = ReadLocalise(section, tactile.localise);
   tactile.channels = ReadChannels(section, tactile.source);
   tactile.electrodes = ReadExistingFile(section, "electrodes", context);
   ReadMeasures(section, &tactile);

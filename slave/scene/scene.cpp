@@ -56,7 +56,6 @@ struct ToInputs {
       Add(file);
     }
     if (!tactile.network.empty()) Add(tactile.network / "network.json");
-    Add(tactile.localise);
   }
   template <typename Other>
   void operator()(const Other& other) const {

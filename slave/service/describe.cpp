@@ -21,7 +21,6 @@ void AddFingertips(const Tactile& tactile, v1::SceneDescription* message) {
     auto* fingertip = message->add_fingertips();
     fingertip->set_name(finger.name);
     fingertip->set_network(NameOf(tactile.network));
-    fingertip->set_localiser(NameOf(tactile.localise));
     fingertip->set_rate(tactile.rate);
     ToProto(finger.X_SF.translation(), fingertip->mutable_p_s_finger());
     ToProto(Eigen::Quaterniond(finger.X_SF.linear()), fingertip->mutable_orientation());

@@ -87,10 +87,7 @@ std::string LayoutInWords(const Tactile& tactile) {
 
 void PrintPlaces(const Scene& scene, const Localiser& localiser) {
   const Tactile& tactile = *scene.sense.Find<Tactile>();
-  PrintLine("localiser",
-            fmt::format("{}, threshold {:g} {}; {}", localiser.name(), tactile.threshold,
-                        tactile.channels.are_electrodes() ? "counts" : "times the noise at rest",
-                        LayoutInWords(tactile)));
+  PrintLine("localiser", fmt::format("{}; {}", localiser.name(), LayoutInWords(tactile)));
   if (!MeetsObject(scene)) return;
   PrintLine("poses", fmt::format("sigma {:.2g} deg about each axis: {:.1f} % of a force",
                                  tactile.pose_tolerance * 180 / std::numbers::pi,

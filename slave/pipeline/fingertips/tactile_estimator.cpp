@@ -116,11 +116,11 @@ TactileSenses LoadSenses(const Scene& scene) {
                       "network with contact_point, because the scene has a pose",
                       scene.file.string(), tactile.channels.Names()));
     }
-    senses.localiser = MakeChannelLocaliser(tactile, info.noise, layout);
+    senses.localiser = MakeChannelLocaliser(info.noise, layout);
     return senses;
   }
   senses.localiser =
-      NamingTheKey(scene, "localise", [&] { return MakeLocaliser(tactile, layout); });
+      NamingTheKey(scene, "electrodes", [&] { return MakeLocaliser(tactile, layout); });
   return senses;
 }
 

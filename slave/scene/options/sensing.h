@@ -84,11 +84,8 @@ struct Tactile {
   std::filesystem::path network;     // folder with network.json; empty: forces are unknown
   int rest_samples = 50;             // number of samples whose mean is the baseline
   std::filesystem::path electrodes;  // layout file of electrodes or channels; empty: none
-  std::string localise = "auto";     // auto, paper or pressure-weighted
-  // Smallest change of an active electrode [counts], or of a channel [noise at rest].
-  double threshold = 5;
-  double finger_radius = 7e-3;    // radius of sphere and cylinder of the fingertip [m]
-  double pose_tolerance = 0.035;  // one sigma of a finger's pose about each axis [rad]
+  double finger_radius = 7e-3;       // radius of sphere and cylinder of the fingertip [m]
+  double pose_tolerance = 0.035;     // one sigma of a finger's pose about each axis [rad]
   double gate =
       0.01;  // largest distance from the surface at which a finger is in contact [m]; no key
   double patch = 0;  // diameter of the contact [m]; 0: a point

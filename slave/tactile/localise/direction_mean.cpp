@@ -11,8 +11,9 @@ namespace {
 
 constexpr float kLowest = 0, kHighest = 4095;  // [counts] [derived: a 12-bit converter]
 constexpr double kStuck = 1e-6;                // [counts]
-constexpr double kMoved = 4;                   // thresholds
-// Largest number of dead electrodes for a direction [-]. [tuned: DividesTwiceAndClipsAtFullScale]
+constexpr double kMoved = 4 * kActiveCounts;   // [counts]
+// Largest number of dead electrodes for a direction [-]. [tuned:
+// FindsAContactOverTheElectrodeThatFalls]
 constexpr int kMaxDead = 9;
 
 // The two electrodes nearest to electrode `i`.
@@ -35,14 +36,13 @@ double BeyondPressure(const TactileSignals& change, std::size_t electrode) noexc
   return static_cast<double>(change[electrode]) - kPressureShare * pressure;
 }
 
-// Width of the transition between formulas [rad]. [tuned: TheDefaultErrsLessThanThePaper]
+// Width of the transition between formulas [rad]. [tuned: ErrsLessThanThePaper]
 constexpr double kBlend = 8 * std::numbers::pi / 180;
 constexpr double kCancelled = 1e-9;  // of the intensities
 
 }  // namespace
 
-SignalCheck::SignalCheck(const ElectrodeLayout& layout, double threshold)
-    : moved_(kMoved * threshold) {
+SignalCheck::SignalCheck(const ElectrodeLayout& layout) {
   for (std::size_t i = 0; i < kElectrodeCount; ++i) nearest_[i] = NearestTwo(layout, i);
 }
 
@@ -53,7 +53,7 @@ SignalFlaws SignalCheck::Check(const TactileSignals& change,
   flaws.finite = std::all_of(change.begin(), change.end(), is_finite) &&
                  std::all_of(raw.channels.begin(), raw.channels.end(), is_finite);
   const auto has_moved = [&](int k) {
-    return std::abs(change[static_cast<std::size_t>(k)]) > moved_;
+    return std::abs(change[static_cast<std::size_t>(k)]) > kMoved;
   };
   const auto is_stuck = [](double count) { return std::abs(count) < kStuck; };
   const auto stuck = std::count_if(change.begin(), change.begin() + kElectrodeCount, is_stuck);
@@ -66,12 +66,11 @@ SignalFlaws SignalCheck::Check(const TactileSignals& change,
   return flaws;
 }
 
-Intensities PressureWeighted(const TactileSignals& change, const SignalFlaws& flaws,
-                             double threshold) noexcept {
+Intensities PressureWeighted(const TactileSignals& change, const SignalFlaws& flaws) noexcept {
   Intensities intensities;
   for (std::size_t i = 0; i < kElectrodeCount; ++i) {
     const double fall = -BeyondPressure(change, i);
-    if (fall > threshold && !flaws.dead[i]) intensities.Set(i, fall);
+    if (fall > kActiveCounts && !flaws.dead[i]) intensities.Set(i, fall);
   }
   return intensities;
 }

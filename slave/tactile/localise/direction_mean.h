@@ -24,11 +24,10 @@ struct SignalFlaws {
 
 class SignalCheck {
  public:
-  // `threshold`: change of an active electrode [counts].
-  SignalCheck(const ElectrodeLayout& layout, double threshold);
+  explicit SignalCheck(const ElectrodeLayout& layout);
 
   // An electrode counts as dead if it reads exactly its baseline while the two nearest to it have
-  // moved by four thresholds and most others at all. If readings and baseline are whole counts, an
+  // moved by 20 counts and most others at all. If readings and baseline are whole counts, an
   // electrode that passes its baseline looks the same for a sample: 2 % of the samples of contacts
   // on a plate. Allocation-free.
   [[nodiscard]] SignalFlaws Check(const TactileSignals& change,
@@ -36,7 +35,6 @@ class SignalCheck {
 
  private:
   std::array<std::array<int, 2>, kElectrodeCount> nearest_{};
-  double moved_;  // [counts]
 };
 
 // A contact raises the fluid's pressure, and the electrodes that are not under it rise in
@@ -47,8 +45,11 @@ class SignalCheck {
 // so that even a soft contact, under which hardly any electrode falls, shows where they rise least.
 // The share is between the best for presses on a plate (0.10) and for others of that sensor (0.15);
 // on the authors' soft recording, another sensor, the electrodes' mean is 0.17. [counts / count].
-// [tuned: TheDefaultErrsLessThanThePaper]
+// [tuned: ErrsLessThanThePaper]
 inline constexpr double kPressureShare = 0.13;
+
+// Change of an active electrode. [counts]
+inline constexpr double kActiveCounts = 5;
 
 struct Intensities {
   std::array<double, kElectrodeCount> of{};  // 0: not active
@@ -62,13 +63,12 @@ struct Intensities {
   }
 };
 
-// Active: x_i < -threshold; intensity |x_i| [counts]. Dead electrodes are not used.
-Intensities PressureWeighted(const TactileSignals& change, const SignalFlaws& flaws,
-                             double threshold) noexcept;
+// Active: x_i < -kActiveCounts; intensity |x_i| [counts]. Dead electrodes are not used.
+Intensities PressureWeighted(const TactileSignals& change, const SignalFlaws& flaws) noexcept;
 
-// A contact from intensities by averaging directions: an improved form of the paper's equations (1)
-// to (4). Every electrode is first projected on the finger's surface (equation 4). Its outward
-// normal there is averaged, weighted by intensity:
+// A contact from intensities by averaging directions: an improved form of equations (1) to (4) of
+// paper B, III.A.2. Every electrode is first projected on the finger's surface (equation 4). Its
+// outward normal there is averaged, weighted by intensity:
 //
 //   n = sum I_i n_i / |sum I_i n_i|
 //

@@ -1,10 +1,8 @@
-// Localiser estimates where on the fingertip the contact is (paper B, III.A.2, equations 1 to 4).
+// Localiser estimates where on the fingertip the contact is.
 #pragma once
 
 #include <cstdint>
 #include <memory>
-#include <optional>
-#include <span>
 #include <string_view>
 
 #include <Eigen/Core>
@@ -19,7 +17,7 @@ struct TouchPlace {
   enum class Status : std::uint8_t {
     kFound,
     kNoContact,  // no electrode is active
-    kAtOrigin,   // equation 4 has no direction: the contact point is the origin
+    kAtOrigin,   // the directions of the active electrodes cancel
     kFlawed,     // found, but electrodes are saturated or dead: less exact than usual
     kFailed,     // signals that are not finite
   };
@@ -50,16 +48,14 @@ class Localiser {
   [[nodiscard]] virtual std::string_view name() const = 0;
 };
 
-// The variant of `tactile.localise`, with its thresholds; `auto` is pressure-weighted, which has
-// the smallest error. Throws std::invalid_argument: an unknown name, an electrode on the finger's
-// axis.
+// The localiser of a fingertip with 19 electrodes (direction_mean.h). Throws std::invalid_argument:
+// an electrode on the finger's axis.
 std::unique_ptr<Localiser> MakeLocaliser(const Tactile& tactile, const ElectrodeLayout& layout);
 
 // Makes a localiser for the channels of any sensor. It returns the mean position and normal of the
-// channels that changed by more than `tactile.threshold` times `noise` in either direction,
+// channels that changed by more than five times `noise`, their noise at rest, in either direction,
 // weighted by their change. Its sigma is unknown.
-std::unique_ptr<Localiser> MakeChannelLocaliser(const Tactile& tactile, double noise,
-                                                const ElectrodeLayout& layout);
+std::unique_ptr<Localiser> MakeChannelLocaliser(double noise, const ElectrodeLayout& layout);
 
 // Shared output of the localisers.
 inline TouchPlace NoPlace(TouchPlace::Status status, bool is_flawed = false) noexcept {
@@ -81,22 +77,5 @@ inline TouchPlace FoundPlace(const FingerSurface& surface, const Eigen::Vector3d
           .active = active,
           .is_flawed = is_flawed};
 }
-
-// ContactPoint is computed from the active electrodes' intensities (paper B, equations 1 to 3).
-// With the m active electrodes at p_i, intensities I_i:
-//
-//   x = sum p_i / m,   d_i = (p_i - x) I_i / sum I,   c = x + sum d_i / m
-//
-// The intensities are normalised already, so the last division by m pulls c towards the centroid x;
-// paper and authors' code divide.
-struct ContactPoint {
-  Eigen::Vector3d centroid{0, 0, 0};  // x
-  Eigen::Vector3d c{0, 0, 0};
-};
-
-// `p` of the active electrodes in any unit, `intensity` >= 0 of each. nullopt: none is active, or
-// their intensities are all zero, or not finite. Allocation-free.
-std::optional<ContactPoint> ContactPointOf(std::span<const Eigen::Vector3d> p,
-                                           std::span<const double> intensity) noexcept;
 
 }  // namespace palpate

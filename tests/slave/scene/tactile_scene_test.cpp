@@ -57,9 +57,8 @@ class TactileSceneTest : public ::testing::Test {
 TEST_F(TactileSceneTest, EveryKeyIsRead) {
   const Scene scene = Load(Tactile8(
       "source: rh_tactile.csv, finger: th, pose: {translation: [0, 0, 50 mm], rotation: [0, 0, 90 "
-      "deg]}, network: net, rest: first 7, rate: 0.2 kHz, electrodes: layout.csv, localise: "
-      "paper, threshold: 3, radius: 6 mm, pose_tolerance: 1 deg, patch: 8 mm, hold: "
-      "displacement"));
+      "deg]}, network: net, rest: first 7, rate: 0.2 kHz, electrodes: layout.csv, "
+      "radius: 6 mm, pose_tolerance: 1 deg, patch: 8 mm, hold: displacement"));
   const Tactile& tactile = *scene.sense.Find<Tactile>();
   const Finger& finger = tactile.fingers.at(0);
   EXPECT_EQ(finger.name, "th");
@@ -69,8 +68,6 @@ TEST_F(TactileSceneTest, EveryKeyIsRead) {
   EXPECT_EQ(tactile.rest_samples, 7);
   EXPECT_DOUBLE_EQ(tactile.rate, 200);
   EXPECT_EQ(tactile.electrodes, folder_.path() / "layout.csv");
-  EXPECT_EQ(tactile.localise, "paper");
-  EXPECT_EQ(tactile.threshold, 3);
   EXPECT_DOUBLE_EQ(tactile.finger_radius, 6e-3);
   EXPECT_NEAR(tactile.pose_tolerance, 0.0174533, 1e-7);
   EXPECT_DOUBLE_EQ(tactile.patch, 8e-3);

@@ -68,7 +68,7 @@ class ChannelSensorTest : public ::testing::TestWithParam<int> {
   Tactile tactile_ = ChannelOptions(GetParam());
   std::unique_ptr<ForceNetwork> network_ = QuadraticNetwork(GetParam());
   ElectrodeLayout layout_{GetParam()};
-  std::unique_ptr<Localiser> localiser_ = MakeChannelLocaliser(tactile_, kChannelNoise, layout_);
+  std::unique_ptr<Localiser> localiser_ = MakeChannelLocaliser(kChannelNoise, layout_);
   Fingertip fingertip_{tactile_, network_.get(), *localiser_};
   std::mt19937 random_{3};
   std::normal_distribution<double> noise_{0, 1};
@@ -183,7 +183,7 @@ TEST(ChannelLocaliserTest, TheContactIsTheMeanOfTheChannelsByTheirChange) {
   ElectrodeLayout layout(3);
   layout.p_F = {{0.01, 0, 0}, {0.03, 0, 0}, {0, 0.5, 0}};
   layout.n_F = {-Eigen::Vector3d::UnitZ(), -Eigen::Vector3d::UnitZ(), Eigen::Vector3d::UnitY()};
-  const auto localiser = MakeChannelLocaliser(ChannelOptions(3), kChannelNoise, layout);
+  const auto localiser = MakeChannelLocaliser(kChannelNoise, layout);
   TactileSignals change;
   change.resize(5);
   EXPECT_EQ(localiser->Locate(change, {}).status, TouchPlace::Status::kNoContact);

@@ -1,7 +1,7 @@
 #include "slave/tactile/localise/localiser.h"
 
 #include <limits>
-#include <string>
+#include <memory>
 
 #include <Eigen/Geometry>
 #include <gmock/gmock.h>
@@ -20,14 +20,9 @@ constexpr float kFloatNan = std::numeric_limits<float>::quiet_NaN();
 constexpr float kRestValue = 3000;
 constexpr std::size_t kPdc = kElectrodeCount + 1;
 
-// All kinds of localisers, on the simulated layout.
-class LocaliserTest : public ::testing::TestWithParam<std::string> {
+// On the simulated layout.
+class LocaliserTest : public ::testing::Test {
  protected:
-  [[nodiscard]] std::unique_ptr<Localiser> Make(const ElectrodeLayout& layout) const {
-    Tactile tactile;
-    tactile.localise = GetParam();
-    return MakeLocaliser(tactile, layout);
-  }
   static FingerReading RawOf(const TactileSignals& change) {
     FingerReading raw;
     for (std::size_t i = 0; i < kElectrodeCount; ++i) {
@@ -40,12 +35,11 @@ class LocaliserTest : public ::testing::TestWithParam<std::string> {
   }
 
   ElectrodeLayout layout_ = SimulatedLayout(7e-3);
-  std::unique_ptr<Localiser> localiser_ = Make(layout_);
+  std::unique_ptr<Localiser> localiser_ = MakeLocaliser({}, layout_);
 };
 
-TEST_P(LocaliserTest, FindsAContactOverTheElectrodeThatFalls) {
+TEST_F(LocaliserTest, FindsAContactOverTheElectrodeThatFalls) {
   const FingerSurface surface{7e-3};
-  EXPECT_EQ(localiser_->name(), GetParam());
   for (std::size_t i = 0; i < kElectrodeCount; ++i) {
     TactileSignals change{};
     change[i] = -80;
@@ -59,17 +53,17 @@ TEST_P(LocaliserTest, FindsAContactOverTheElectrodeThatFalls) {
   }
 }
 
-TEST_P(LocaliserTest, SaysThatTheContactHasNoDirection) {
+TEST_F(LocaliserTest, SaysThatTheContactHasNoDirection) {
   layout_.p_F[0] = {2e-3, 0, 4e-3};
   layout_.p_F[1] = {-2e-3, 0, -4e-3};
   layout_.p_F[0].x() = -2e-3;
-  const auto localiser = Make(layout_);
+  const auto localiser = MakeLocaliser({}, layout_);
   TactileSignals change{};
   change[0] = change[1] = -50;
   EXPECT_EQ(localiser->Locate(change, RawOf(change)).status, Status::kAtOrigin);
 }
 
-TEST_P(LocaliserTest, FailsOnSignalsThatAreNotFinite) {
+TEST_F(LocaliserTest, FailsOnSignalsThatAreNotFinite) {
   for (std::size_t i = 0; i < kSignalCount; ++i) {
     TactileSignals change{};
     change[2] = -50;
@@ -85,7 +79,7 @@ TEST_P(LocaliserTest, FailsOnSignalsThatAreNotFinite) {
   EXPECT_EQ(localiser_->Locate(change, raw).status, Status::kFailed);
 }
 
-TEST_P(LocaliserTest, FlagsSaturatedElectrodes) {
+TEST_F(LocaliserTest, FlagsSaturatedElectrodes) {
   TactileSignals change{};
   change[6] = -80;
   FingerReading raw = RawOf(change);
@@ -101,7 +95,7 @@ TEST_P(LocaliserTest, FlagsSaturatedElectrodes) {
 // All electrodes change except one. The correction for pressure alone would make the faulty
 // electrode active; it must not be, because its neighbours rose at least as much as the pressure
 // explains.
-TEST_P(LocaliserTest, FlagsAndLeavesOutADeadElectrode) {
+TEST_F(LocaliserTest, FlagsAndLeavesOutADeadElectrode) {
   TactileSignals change{};
   change.fill(90);
   change[kPdc] = 500;
@@ -114,7 +108,7 @@ TEST_P(LocaliserTest, FlagsAndLeavesOutADeadElectrode) {
   EXPECT_LT((place.p_F - sound).norm(), 1e-15);
 }
 
-TEST_P(LocaliserTest, AllocatesNothing) {
+TEST_F(LocaliserTest, AllocatesNothing) {
   TactileSignals change{};
   const FingerReading raw = RawOf(change);
   const long before = AllocationCount();
@@ -125,55 +119,18 @@ TEST_P(LocaliserTest, AllocatesNothing) {
   EXPECT_EQ(AllocationCount(), before);
 }
 
-INSTANTIATE_TEST_SUITE_P(Variants, LocaliserTest, ::testing::Values("paper", "pressure-weighted"),
-                         [](const auto& variant) {
-                           std::string name = variant.param;
-                           std::erase(name, '-');
-                           return name;
-                         });
-
 // A soft contact: the pressure rises and all electrodes with it, least at the finger's side at +y.
-// The paper's formula finds no contact, the default method finds the side.
-TEST(MakeLocaliserTest, FindsASoftContactUnderWhichNoElectrodeFalls) {
-  const ElectrodeLayout layout = SimulatedLayout(7e-3);
+TEST_F(LocaliserTest, FindsASoftContactUnderWhichNoElectrodeFalls) {
   TactileSignals change{};
   change[kPdc] = 200;
   for (std::size_t i = 0; i < kElectrodeCount; ++i) {
-    change[i] = layout.n_F[i].y() > 0.5 ? 2.0F : 40.0F;
+    change[i] = layout_.n_F[i].y() > 0.5 ? 2.0F : 40.0F;
   }
-  Tactile tactile;
   FingerReading raw;
   raw.channels.fill(kRestValue);
-  const TouchPlace place = MakeLocaliser(tactile, layout)->Locate(change, raw);
+  const TouchPlace place = localiser_->Locate(change, raw);
   EXPECT_TRUE(place.usable());
   EXPECT_GT(place.n_F.y(), 0.7);
-  tactile.localise = "paper";
-  EXPECT_EQ(MakeLocaliser(tactile, layout)->Locate(change, raw).status, Status::kNoContact);
-}
-
-// Paper B as printed; a hand calculation: of electrodes at (3, 2, -4) and (3, -2, -4) mm with
-// intensities 0.9 and 0.3 the centroid is (3, 0, -4), sum d = (0, 1, 0), c = (3, 0.5, -4).
-TEST(PaperLocaliserTest, DividesTwiceAndClipsAtFullScale) {
-  ElectrodeLayout layout = SimulatedLayout(7e-3);
-  layout.p_F[0] = {3e-3, 2e-3, -4e-3};
-  layout.p_F[1] = {3e-3, -2e-3, -4e-3};
-  Tactile tactile;
-  tactile.localise = "paper";
-  const auto localiser = MakeLocaliser(tactile, layout);
-  FingerReading raw;
-  raw.channels.fill(kRestValue);
-  TactileSignals change{};
-  change[0] = -180;
-  change[1] = -60;
-  const Vector3d c(3, 0.5, -4);
-  EXPECT_LT((localiser->Locate(change, raw).p_F - 7e-3 * c.normalized()).norm(), 1e-12);
-  change[0] = -900;  // a change of full scale
-  change[1] = -100;
-  const Vector3d clipped(3, 1.0 / 3, -4);
-  EXPECT_LT((localiser->Locate(change, raw).p_F - 7e-3 * clipped.normalized()).norm(), 1e-12);
-  EXPECT_EQ(localiser->Locate(change, raw).status, Status::kFound);
-  change[1] = -200;  // now all intensities are saturated
-  EXPECT_EQ(localiser->Locate(change, raw).status, Status::kFlawed);
 }
 
 }  // namespace
