@@ -29,7 +29,7 @@ struct ModelKind {
   bool iterates = false;              // accepts law, residual, gravity, time
   bool accepts_frictionless = false;  // accepts contact: bonded or frictionless; false: bonded only
   bool has_cache = false;             // stores its Green's functions in a folder
-  bool takes_tension = false;         // of a membrane at rest; a flat one also modes
+  bool takes_tension = false;         // of a membrane at rest
   bool takes_regions = false;         // whether parts of the object may have other moduli
   bool takes_relaxation = false;      // moduli that fade in time; accepts step
   bool is_plane = false;              // a plane model; accepts the keys plane and order

@@ -140,7 +140,6 @@ ModelOptions ReadModel(Section& scene, const SceneContext& context) {
     ReadElement(model, &options.fem);
   }
   if (kind.takes_relaxation) options.fem.step = model.Number("step");
-  if (is_membrane && kind.takes_tension) options.modes = model.Integer("modes");
   if (kind.takes_tension) {
     options.prestress = model.Number("prestress");
   } else if (is_membrane && model.Has("prestress")) {

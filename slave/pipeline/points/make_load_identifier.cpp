@@ -36,7 +36,7 @@ std::unique_ptr<PlateSurface> MakePlate(const Scene& scene, const MembraneGeomet
   return MakePlateModel(scene, {membrane.radius, membrane.thickness}, progress);
 }
 
-// Makes the finer plate only if the scene does not state the number of modes.
+// Makes no finer plate if a study states the number of modes.
 std::unique_ptr<PlateSurface> MakeFinerPlate(const Scene& scene, const MembraneGeometry& membrane,
                                              Progress* progress) {
   if (!KindOf(scene).takes_tension || scene.model.modes > 0) return nullptr;

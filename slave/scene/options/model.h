@@ -50,7 +50,7 @@ struct ModelOptions {
   std::string kind = "auto";  // or one of kModelKinds
   int elements = 180;
   ElementOrder order = ElementOrder::kConstant;
-  int modes = 0;  // number of modes of plate-large; 0: its default
+  int modes = 0;  // number of modes of plate-large, which a study varies; 0: its default; no key
   FemOptions fem;
   std::filesystem::path cache;  // folder for Green's functions; empty: none are stored
   Plane plane = Plane::kStress;

@@ -82,7 +82,8 @@ TEST(RunningStudyTest, RoundToolBeforeOneCamera) {
 TEST(RunningStudyTest, MembraneBeforeAStereoPair) {
   for (const int modes : {6, 10, 16}) {
     SCOPED_TRACE(modes);
-    const Scene scene = Shipped("rubber-membrane", {"model.modes=" + std::to_string(modes)});
+    Scene scene = Shipped("rubber-membrane", {});
+    scene.model.modes = modes;
     ExpectStatedAsItRuns(scene, RunningError(scene));
   }
 }
