@@ -99,7 +99,6 @@ std::optional<TipTracking> ReadTip(Section& sense, const SceneContext& context) 
   }
   tip.anchor_tolerance = section.Number("anchor_tolerance");
   tip.roi = section.Integer("roi");
-  tip.min_score = section.Number("min_score");
   return tip;
 }
 

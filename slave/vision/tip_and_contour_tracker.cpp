@@ -125,12 +125,10 @@ struct TipAndContourTracker::Parts {
   void MakeTip(const Scene& scene, const cv::Mat& first, const CameraView& view,
                std::optional<Eigen::Vector2d> tip_hint_I) {
     if (!scene.sense.Find<TipTracking>()) return;
-    const TipTracker::Options options{scene.sense.Find<TipTracking>()->roi,
-                                      scene.sense.Find<TipTracking>()->min_score};
     const double tool_width = scene.tool ? scene.tool->width / view.pixel() : 0;
     if (tip_hint_I) FindDirection(first, *tip_hint_I, tool_width);
-    tip.emplace(MakeTemplate(scene, first, format, view, tip_hint_I, direction), format, options,
-                tip_hint_I);
+    tip.emplace(MakeTemplate(scene, first, format, view, tip_hint_I, direction), format,
+                scene.sense.Find<TipTracking>()->roi, tip_hint_I);
     if (!direction.isZero(0)) return;
     const TipObservation seen = tip->Track(first);
     if (seen.found) FindDirection(first, seen.p_I, tool_width);

@@ -34,10 +34,11 @@ constexpr double kAsUsual = 0.9, kMinAsUsual = 0.75, kPartsFit = 0.6, kPartsSeco
 // Score by which the position from parts must exceed that of the whole template.
 constexpr double kBetter = 0.03;
 constexpr double kFollow = 0.05;      // weight of an image in the usual score
-constexpr double kReacquired = 0.15;  // margin over min_score if the tip may be anywhere
+constexpr double kMinScore = 0.6;     // a lower score means that the tip is lost
+constexpr double kReacquired = 0.15;  // margin over kMinScore if the tip may be anywhere
 // Limits for a tip anywhere and a template without parts, which matches a tool's sides better than
 // its end, so that another pipette fits along half of its length: margin of the noise-free score
-// over min_score, and largest covered share.
+// over kMinScore, and largest covered share.
 constexpr double kFoundBlind = 0.3, kCoveredBlind = 0.15;
 // Rotation of the tool [rad]: step of the search, largest change per image, smallest rotation that
 // is used, largest rotation, and step while the tip is lost. Chosen with 12 presses by hand with up
@@ -120,10 +121,10 @@ Eigen::Vector2d LeverOf(const TipTemplate& tip) {
 
 }  // namespace
 
-TipTracker::TipTracker(const TipTemplate& tip, const GreyFormat& format, const Options& options,
+TipTracker::TipTracker(const TipTemplate& tip, const GreyFormat& format, int roi,
                        std::optional<Eigen::Vector2d> start_I)
     : format_(format),
-      options_(options),
+      roi_(roi),
       anchor_(tip.anchor),
       centre_(tip.Centre()),
       lever_(LeverOf(tip)),
@@ -157,7 +158,7 @@ cv::Rect TipTracker::WindowAround(const Eigen::Vector2d& tip, double scale) cons
   const GreyPatch& pattern = ncc_.pattern();
   const auto edge = [&](int pattern_edge) {
     const int least = pattern_edge + 2 * kSearchReach;
-    return static_cast<int>(scale * std::max(options_.roi, least));
+    return static_cast<int>(scale * std::max(roi_, least));
   };
   const cv::Size size(edge(pattern.width), edge(pattern.height));
   const Eigen::Vector2d centre =
@@ -287,7 +288,7 @@ TipTracker::Match TipTracker::SearchWindow(const cv::Mat& image, const cv::Rect&
   if (map.empty()) return match;
   const Peak best = BestOf(map);
   match.tip.score = best.score;
-  match.on_border = best.score >= options_.min_score && OnBorder(map, best.at);
+  match.on_border = best.score >= kMinScore && OnBorder(map, best.at);
   if (match.on_border) {
     const double usual = parts_.usable() ? usual_ * parts_.Attenuation(NoiseOf(window_)) : 0;
     const TipObservation by_parts = MeasureByParts(window, usual);
@@ -297,7 +298,7 @@ TipTracker::Match TipTracker::SearchWindow(const cv::Mat& image, const cv::Rect&
     }
     return match;
   }
-  if (best.score >= options_.min_score && !HasEqual(map, best)) {
+  if (best.score >= kMinScore && !HasEqual(map, best)) {
     match.tip = Measure(best.score, window, best.at);
   }
   match.fit = Confirm(window, best.at, match.tip);
@@ -405,11 +406,11 @@ TipObservation TipTracker::SearchImage(const cv::Mat& image) {
 }
 
 bool TipTracker::IsSureAgain(const TipObservation& tip) const {
-  if (parts_.usable()) return tip.score >= options_.min_score + kReacquired;
+  if (parts_.usable()) return tip.score >= kMinScore + kReacquired;
   const double noise = NoiseOf(whole_), signal = VarianceOf(ncc_.pattern());
   const double attenuation = std::sqrt(signal / (signal + noise * noise));
   return tip.aligned && tip.covered < kCoveredBlind &&
-         tip.score >= (options_.min_score + kFoundBlind) * attenuation;
+         tip.score >= (kMinScore + kFoundBlind) * attenuation;
 }
 
 void TipTracker::FindCandidates(const cv::Mat& image) {

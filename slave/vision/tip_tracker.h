@@ -113,19 +113,15 @@ class TemplateParts {
 // much of it is covered, its parts decide. Follows a tool that slowly tilts.
 class TipTracker {
  public:
-  struct Options {
-    int roi = 64;            // edge of the search window [px]; grows to 10 px around the template
-    double min_score = 0.6;  // below it the tip is lost
-  };
-
-  // `start_I`: first search position [px]; nullopt: everywhere. Throws std::runtime_error: the
-  // template is larger than the image; std::invalid_argument: it has no contrast.
-  TipTracker(const TipTemplate& tip, const GreyFormat& format, const Options& options,
+  // `roi`: edge of the search window [px]; it grows to 10 px around the template. `start_I`: first
+  // search position [px]; nullopt: everywhere. Throws std::runtime_error: the template is larger
+  // than the image; std::invalid_argument: it has no contrast.
+  TipTracker(const TipTemplate& tip, const GreyFormat& format, int roi,
              std::optional<Eigen::Vector2d> start_I);
 
-  // Processes one image (which fits the format). The tip is lost if the best score is below
-  // `min_score`, on the border of the window even after widening it, or matched by another
-  // position; then the whole image is searched. May throw std::bad_alloc.
+  // Processes one image (which fits the format). The tip is lost if the best score is below 0.6,
+  // on the border of the window even after widening it, or matched by another position; then the
+  // whole image is searched. May throw std::bad_alloc.
   TipObservation Track(const cv::Mat& image);
 
   // Returns the first search position in the next image [px].
@@ -162,7 +158,7 @@ class TipTracker {
   TipObservation MeasureByParts(const cv::Rect& window, double usual);
 
   GreyFormat format_;
-  Options options_;
+  int roi_;
   Eigen::Vector2d anchor_, centre_;  // of the template [px]
   Eigen::Vector2d lever_;            // TipObservation::lever
   Ncc ncc_;

@@ -41,9 +41,8 @@ void PrintTip(const Scene& scene) {
   const Camera& camera = *scene.sense.Find<Camera>();
   const double width = scene.tool->width / camera.pixel;
   std::string words = fmt::format(
-      "{:.3g} px wide, tracked in a window of {} px; its speed may change by {}/s between images; "
-      "tracking is lost below a score of {:g}",
-      width, tip.roi, LengthInWords(kReach * camera.pixel * camera.rate), tip.min_score);
+      "{:.3g} px wide, tracked in a window of {} px; its speed may change by {}/s between images",
+      width, tip.roi, LengthInWords(kReach * camera.pixel * camera.rate));
   if (tip.template_file.empty() && tip.roi < 2 * kReach + width) {
     words += fmt::format(
         ". ROI IS SMALL: the template is {} px long, less than the tool's width; a tip.roi of "

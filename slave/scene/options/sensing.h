@@ -52,7 +52,6 @@ struct TipTracking {
       anchor;                   // tip in the template, from the centre of its upper left pixel [px]
   double anchor_tolerance = 0;  // of the same along the tool, one standard deviation [px]
   int roi = 64;                 // edge of the moving search window [px]
-  double min_score = 0.6;       // a lower score means that tracking is lost [-]
 };
 struct ContourTracking {
   int control_points = 60;

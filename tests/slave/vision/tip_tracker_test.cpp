@@ -27,7 +27,7 @@ struct Tracked {
       : format(first.Render()),
         tip(CutTipTemplate(first.Render(), format, first.tool->tip, first.tool->direction,
                            {first.tool->width, 0}, roi)),
-        tracker(tip, format, {roi, 0.6}, first.tool->tip) {}
+        tracker(tip, format, roi, first.tool->tip) {}
   GreyFormat format;
   TipTemplate tip;
   TipTracker tracker;
