@@ -144,6 +144,7 @@ void AddModes(const Scene& scene, const ModelKind& kind, std::vector<Candidate>*
     c.element_size = radius / modes;
     c.expected_s = 0.3 + 0.7 * std::pow(modes / 12.0, 4);
     c.own = modes == own;
+    c.selectable = c.own;
     c.linear = false;
     candidates->push_back(std::move(c));
   }
@@ -287,6 +288,7 @@ std::vector<Candidate> CandidatesFor(const Scene& scene, const PressSpec& questi
     const bool large = limits.large && c.own && IsLargeDeformation(c.scene.model);
     return limits.own && !large && !IsOwn(scene, c);
   });
+  for (Candidate& c : candidates) c.own_model = IsOwn(scene, c);
   std::ranges::stable_sort(candidates, {}, &Candidate::expected_s);
   for (std::size_t i = 0; i < candidates.size(); ++i) candidates[i].number = i;
   return candidates;

@@ -327,7 +327,12 @@ void Try(const Candidate& candidate, const PressSpec& question, const ModelFacto
     row->reason = why.empty() ? "no solution" : std::string(why);
     return;
   }
-  std::vector<double> seconds = trial.Updates(question.presses.front(), timing_s);
+  // A flagged answer skips some of the work.
+  const auto valid = std::ranges::find_if(row->answers, [](const PressAnswers& answers) {
+    return answers.full.validity == Validity::kValid;
+  });
+  const auto timed = valid == row->answers.end() ? 0 : valid - row->answers.begin();
+  std::vector<double> seconds = trial.Updates(question.presses[Index(timed)], timing_s);
   std::ranges::sort(seconds);
   row->update_median_s = Quantile(seconds, 0.5);
   row->update_p99_s = Quantile(seconds, 0.99);

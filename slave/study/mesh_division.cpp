@@ -84,9 +84,10 @@ void RefineSupports(SolidMesh* mesh, Scene* scene) {
 
 std::vector<Division> FileDivisions(const Scene& scene, std::size_t max_dof) {
   std::vector<Division> divisions;
-  const auto solid = std::get<SolidMesh>(MeshObject(scene, std::nullopt));
-  SolidMesh refined = solid;
   Scene supported = scene;
+  supported.model.refinements = 0;
+  const auto solid = std::get<SolidMesh>(MeshObject(supported, std::nullopt));
+  SolidMesh refined = solid;
   for (int r = 0; r <= 2; ++r) {
     if (r > 0 && HoldsByNumber(scene)) {
       if (24 * refined.nodes.size() > max_dof) break;
@@ -94,7 +95,7 @@ std::vector<Division> FileDivisions(const Scene& scene, std::size_t max_dof) {
     }
     Division d;
     d.scene = supported;
-    d.own = r == 0;
+    d.own = r == scene.model.refinements;
     d.scene.model.refinements = r;
     const auto eights = static_cast<std::size_t>(1) << (3 * r);
     d.tets = solid.tets.size() * eights;

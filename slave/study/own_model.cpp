@@ -28,9 +28,7 @@ OwnModel StudyOwn(Scene scene, const ModelFactory& factory, Progress* progress) 
   // References of outlines are plane.
   settings.compares = !IsSolidOutline(scene.model.kind);
   StudyResult study = RunStudy(scene, settings, factory, StopOf(progress), {{}, progress});
-  const auto own = std::ranges::find_if(study.rows, [&](const StudyRow& row) {
-    return row.own && IsSameModel(row.model, scene.model);
-  });
+  const auto own = std::ranges::find_if(study.rows, &StudyRow::own_model);
   if (own == study.rows.end()) throw std::invalid_argument("no study knows this model");
   return {std::move(study.question), std::move(*own)};
 }

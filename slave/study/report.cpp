@@ -72,7 +72,7 @@ Json ToJson(const StudyRow& row) {
             {"plane_error", row.plane_error},
             {"validity", ToString(row.validity)},
             {"beyond", row.beyond},
-            {"own", row.own},
+            {"own", row.own_model},
             {"update_s", {{"median", row.update_median_s}, {"p99", row.update_p99_s}}},
             {"precompute_s", row.precompute_s},
             {"memory_bytes", row.memory_bytes},
@@ -118,7 +118,9 @@ std::string Percent(const Estimate& error) {
 }
 
 std::string Marks(const StudyRow& row) {
-  std::string marks = row.on_front ? "front" : "";
+  if (!row.selectable) return "for the reference";
+  std::string marks = row.own_model ? "own" : "";
+  if (row.on_front) marks += marks.empty() ? "front" : ", front";
   if (row.meets_tolerance && row.meets_rate) marks += marks.empty() ? "meets" : ", meets";
   if (row.recommended) marks += marks.empty() ? "RECOMMENDED" : ", RECOMMENDED";
   return marks;
@@ -199,7 +201,7 @@ std::string ToCsv(const StudyResult& study) {
       "family,kind,resolution,dof,residual,outcome,error,error_bar,error_small,error_small_bar,"
       "deviation,width_error,plane_error,validity,update_median_s,update_p99_s,precompute_s,memory_"
       "bytes,"
-      "expected_s,on_front,"
+      "expected_s,own,on_front,"
       "meets_tolerance,meets_rate,recommended,reason\n";
   for (const StudyRow& row : study.rows) {
     const auto number = [&](double value) {
@@ -221,7 +223,8 @@ std::string ToCsv(const StudyResult& study) {
     number(row.precompute_s);
     csv += std::to_string(row.memory_bytes) + ",";
     number(row.expected_s);
-    flag(row.on_front), flag(row.meets_tolerance), flag(row.meets_rate), flag(row.recommended);
+    flag(row.own_model), flag(row.on_front), flag(row.meets_tolerance), flag(row.meets_rate),
+        flag(row.recommended);
     csv += Cell(row.reason) + "\n";
   }
   return csv;

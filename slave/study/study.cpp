@@ -18,7 +18,7 @@ namespace {
 constexpr double kAsFast = 2;
 
 bool IsComparable(const StudyRow& row) {
-  return row.outcome == Outcome::kAnswered && std::isfinite(row.error.value) &&
+  return row.selectable && row.outcome == Outcome::kAnswered && std::isfinite(row.error.value) &&
          std::isfinite(row.update_median_s);
 }
 
@@ -192,8 +192,10 @@ class Study {
   }
 
  private:
-  // Linear models are first, because the reference depends on them.
-  [[nodiscard]] static double Urgency(const Candidate& c) { return c.linear ? 0.25 : 1; }
+  // The scene's own model is first. Linear models follow, because the reference depends on them.
+  [[nodiscard]] static double Urgency(const Candidate& c) {
+    return c.own_model ? 0 : c.linear ? 0.25 : 1;
+  }
   [[nodiscard]] bool Affords(double expected) const {
     return settings_.counted ? counted_ + expected <= settings_.budget_s
                              : factory_.now() + expected <= deadline_;
@@ -318,7 +320,7 @@ void MarkFront(std::vector<StudyRow>* rows) {
 std::string Recommend(double tolerance, double rate, std::vector<StudyRow>* rows) {
   std::size_t best = 2;
   for (StudyRow& row : *rows) {
-    const bool answered = row.outcome == Outcome::kAnswered;
+    const bool answered = row.selectable && row.outcome == Outcome::kAnswered;
     row.meets_tolerance = answered && RangeOf(row) < 2 &&
                           OnTolerance(row.error.value, row.bound, tolerance) == Promise::kMeets;
     row.meets_rate = answered && OnRate(row.update_p99_s, rate) == Promise::kMeets;

@@ -53,9 +53,12 @@ struct Trait {
   std::string resolution;   // for people: "180 elements", "6 x 6 x 6 cells"
   double element_size = 0;  // typical edge [m]; 0: the model has no resolution
   std::size_t dof = 0;
-  double expected_s = 0;  // precompute and trial together [s]
-  bool own = false;       // the scene's own resolution
-  bool linear = true;     // small strain and small rotation: force proportional to depth
+  double expected_s = 0;   // precompute and trial together [s]
+  bool own = false;        // the scene's own resolution
+  bool own_model = false;  // and its own model
+  // Whether a scene can have it. Others are run for the reference.
+  bool selectable = true;
+  bool linear = true;  // small strain and small rotation: force proportional to depth
 
   [[nodiscard]] std::string name() const { return family + ", " + resolution; }
 };

@@ -192,10 +192,14 @@ double DofOf(double tets, bool quadratic) {
   return 3 * tets / 6 * (quadratic ? 8 : 1);
 }
 
-// Gives the model the element and the division that the tolerance needs, up to `max_dof`.
-void ChooseMesh(const Scene& scene, const Body& body, double width, double left, double max_dof,
+// Gives the model the element and the division that the tolerance needs.
+void ChooseMesh(const Scene& scene, const Body& body, double width, double left,
                 ModelChoice* choice) {
-  const bool is_ogden = choice->model.fem.law == FemOptions::Law::kOgden;
+  const FemOptions& own = scene.model.fem;
+  const bool is_ogden = own.law == FemOptions::Law::kOgden;
+  const bool moves = own.time == FemOptions::Time::kDynamic;
+  const bool is_linear = choice->model.kind == "fem-green";
+  const double max_dof = is_linear ? kMaxSparseDof : kMaxLiveDof;
   const bool follows = ShapesTool(choice->model, *scene.tool);
   const double edges = EdgesUnder(width, body);
   const auto tets_for = [&](double min_edges) {
@@ -203,9 +207,10 @@ void ChooseMesh(const Scene& scene, const Body& body, double width, double left,
     return static_cast<double>(body.tets) * std::pow(wanted / edges, 3);
   };
   const bool locks = scene.object.material.poisson_ratio >= kLocks;
-  bool quadratic = locks || is_ogden || DofOf(tets_for(kMinEdges4), false) > max_dof;
-  if (follows || choice->model.fem.time == FemOptions::Time::kDynamic)
-    quadratic = choice->model.fem.element == FemOptions::Element::kTet10;
+  // Ten nodes cost a linear model no time at runtime, and a Newton step ten times as much.
+  bool quadratic = locks || is_ogden;
+  if (is_linear) quadratic = locks || DofOf(tets_for(kMinEdges10), true) < max_dof;
+  if (follows || moves) quadratic = own.element == FemOptions::Element::kTet10;
   choice->model.fem.element = quadratic ? FemOptions::Element::kTet10 : FemOptions::Element::kTet4;
   choice->reason += quadratic ? "; ten-node tetrahedra" : "; four-node tetrahedra";
   if (HoldsByNumber(scene) || body.tets == 0) return;
@@ -248,7 +253,7 @@ ModelChoice ChooseVolume(const Scene& scene) {
   const double width = scene.tool ? TouchedWidth(*scene.tool) : 0;
   if (width == 0) return choice;
   const double left = is_linear && of_depth < tolerance ? tolerance - of_depth : tolerance;
-  ChooseMesh(scene, body, width, left, is_linear ? kMaxSparseDof : kMaxLiveDof, &choice);
+  ChooseMesh(scene, body, width, left, &choice);
   return choice;
 }
 

@@ -64,7 +64,7 @@ double LargestError(Plane plane, double g, double R, double narrower) {
 }
 
 // Returns the distance from `p_O` to the other side of the body along `inward`; infinite: there is
-// none.
+// none. Sides that face the tool do not count: `p_O` may lie somewhat outside of its own.
 double ThicknessBelow(const BoundaryMesh& mesh, const Eigen::Vector2d& p_O,
                       const Eigen::Vector2d& inward) noexcept {
   const double near = kNear * mesh.length_unit;
@@ -72,7 +72,7 @@ double ThicknessBelow(const BoundaryMesh& mesh, const Eigen::Vector2d& p_O,
   for (const BoundaryElement& e : mesh.elements) {
     const Eigen::Vector2d side = e.b - e.a, from = e.a - p_O;
     const double cross = inward.x() * side.y() - inward.y() * side.x();
-    if (cross == 0) continue;
+    if (!(cross > 0)) continue;
     const double along = (from.x() * side.y() - from.y() * side.x()) / cross;
     const double at = (from.x() * inward.y() - from.y() * inward.x()) / cross;
     if (along > near && at >= 0 && at <= 1) nearest = std::min(nearest, along);
@@ -88,7 +88,7 @@ double ThicknessBelow(const SurfaceMesh& mesh, const Eigen::Vector3d& p_O,
     const Eigen::Vector3d u = mesh.nodes[Index(b)] - corner, v = mesh.nodes[Index(c)] - corner;
     const Eigen::Vector3d across = inward.cross(v), from = p_O - corner;
     const double volume = u.dot(across);
-    if (volume == 0) continue;
+    if (!(volume < 0)) continue;
     const Eigen::Vector3d turned = from.cross(u);
     const double s = from.dot(across) / volume, t = inward.dot(turned) / volume;
     const double along = v.dot(turned) / volume;
