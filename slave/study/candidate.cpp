@@ -186,7 +186,6 @@ double SolvesOfAPress(bool quadratic, FemOptions::Law law, double residual) {
 void AddFem(const Division& d, FemOptions::Element element, FemOptions::Law law, double residual,
             const CandidateLimits& limits, std::vector<Candidate>* candidates) {
   const bool quadratic = element == FemOptions::Element::kTet10;
-  if (law == FemOptions::Law::kLinear && !limits.linear_fem) return;
   Candidate c =
       Start(d, "fem", std::string("fem ") + (quadratic ? "tet10 " : "tet4 ") + NameOf(law));
   c.scene.model.fem.element = element;

@@ -19,9 +19,8 @@ struct CandidateLimits {
   std::size_t dense_dof = 4000;            // of models with a dense inverse
   bool residuals = true;                   // iterative solvers at several residuals
   std::vector<std::string> families = {};  // only these; empty: all
-  bool linear_fem = true;  // `fem` with the linear law, whose answers are those of `fem-green`
-  bool own = false;        // only the scene's own model
-  bool large = true;       // includes models of large deformation at that resolution
+  bool own = false;                        // only the scene's own model
+  bool large = true;  // includes models of large deformation at that resolution
 };
 
 // Returns whether both are one model, but for its resolution.

@@ -107,11 +107,10 @@ constexpr double kNever = std::numeric_limits<double>::infinity();
 class Allowance final : public Progress {
  public:
   Allowance(const StudySettings& settings, const ModelFactory& factory, double deadline,
-            double left, const std::stop_token& stop, std::string name, Progress* outer)
+            const std::stop_token& stop, std::string name, Progress* outer)
       : settings_(settings),
         factory_(factory),
         deadline_(deadline),
-        left_(left),
         stop_(stop),
         name_(std::move(name)),
         outer_(outer) {}
@@ -120,7 +119,7 @@ class Allowance final : public Progress {
     if (cost.memory_bytes > settings_.max_memory) {
       refusal_ =
           Formatted("needs %.2g GB of memory", 1e-9 * static_cast<double>(cost.memory_bytes));
-    } else if (cost.seconds > left_ || factory_.now() + cost.seconds > deadline_) {
+    } else if (factory_.now() + cost.seconds > deadline_) {
       refusal_ = Formatted("would take %.2g s, more than the rest of the budget", cost.seconds);
     }
   }
@@ -136,7 +135,6 @@ class Allowance final : public Progress {
   const StudySettings& settings_;
   const ModelFactory& factory_;
   double deadline_;
-  double left_;  // remaining time of a counted budget [s]
   const std::stop_token& stop_;
   std::string name_;
   Progress* outer_;
@@ -164,16 +162,15 @@ class Study {
     waiting_ = CandidatesFor(scene_, result_.question, settings_.limits);
     if (settings_.compares) finder_.emplace(scene_, result_.question);
     // The time for the candidates, not for the reference.
-    deadline_ = settings_.counted ? kNever : factory_.now() + settings_.budget_s;
+    deadline_ = factory_.now() + settings_.budget_s;
     while (!waiting_.empty()) {
       const auto next = std::ranges::min_element(
           waiting_, {}, [&](const Candidate& c) { return Urgency(c) * ExpectedSeconds(c); });
       const double expected = ExpectedSeconds(*next);
-      if (stop_.stop_requested() || !Affords(expected)) break;
+      if (stop_.stop_requested() || !(next->own_model || Affords(expected))) break;
       const Candidate candidate = std::move(*next);
       waiting_.erase(next);
       TryOne(candidate, expected);
-      counted_ += expected;
       EvaluateErrors();
       if (watcher_.on_row) watcher_.on_row(result_);
     }
@@ -192,16 +189,15 @@ class Study {
   }
 
  private:
-  // The scene's own model is first. Linear models follow, because the reference depends on them.
+  // The scene's own model is first, and runs whatever it costs. Linear models follow, because the
+  // reference depends on them.
   [[nodiscard]] static double Urgency(const Candidate& c) {
     return c.own_model ? 0 : c.linear ? 0.25 : 1;
   }
   [[nodiscard]] bool Affords(double expected) const {
-    return settings_.counted ? counted_ + expected <= settings_.budget_s
-                             : factory_.now() + expected <= deadline_;
+    return factory_.now() + expected <= deadline_;
   }
   [[nodiscard]] double ExpectedSeconds(const Candidate& c) const {
-    if (settings_.counted) return c.expected_s;
     const auto found = slower_by_.find(c.family);
     return c.expected_s * (found == slower_by_.end() ? 1 : found->second);
   }
@@ -217,8 +213,8 @@ class Study {
     ReportShare();
     // A short computation needs no separate progress bar.
     Progress* const shown = expected > kWorthABar ? watcher_.progress : nullptr;
-    const double left = settings_.counted ? settings_.budget_s - counted_ : kNever;
-    Allowance allowance(settings_, factory_, deadline_, left, stop_, candidate.name(), shown);
+    Allowance allowance(settings_, factory_, candidate.own_model ? kNever : deadline_, stop_,
+                        candidate.name(), shown);
     const double began = factory_.now();
     StudyRow row =
         Measure(candidate, QuestionTo(candidate), factory_, &allowance, settings_.timing_s);
@@ -236,8 +232,7 @@ class Study {
     if (!watcher_.progress) return;
     const auto tried = static_cast<double>(result_.rows.size());
     const double models = tried / (tried + 1 + static_cast<double>(waiting_.size()));
-    const double time = settings_.counted ? counted_ / settings_.budget_s
-                                          : 1 - (deadline_ - factory_.now()) / settings_.budget_s;
+    const double time = 1 - (deadline_ - factory_.now()) / settings_.budget_s;
     watcher_.progress->Report("models", std::clamp(std::max(models, time), 0.0, 1.0));
   }
 
@@ -276,8 +271,7 @@ class Study {
   const std::stop_token& stop_;
   const StudyWatcher& watcher_;
   BoundaryMesh outline_;  // of a planar object under a tool of known extent; else empty
-  double deadline_ = 0;   // kNever: the budget is counted
-  double counted_ = 0;    // expected time of the tested candidates [s]
+  double deadline_ = 0;
   Scene scene_;
   StudyResult result_;
   std::optional<ReferenceFinder> finder_;  // empty: errors are not evaluated

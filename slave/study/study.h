@@ -29,10 +29,7 @@ void MarkFront(std::vector<StudyRow>* rows);
 std::string Recommend(double tolerance, double rate, std::vector<StudyRow>* rows);
 
 struct StudySettings {
-  double budget_s = 120;  // of all candidates together [s]
-  // The budget is of expected seconds, which do not depend on the machine and its load: the same
-  // candidates run everywhere.
-  bool counted = false;
+  double budget_s = 120;                          // of all candidates together [s]
   double timing_s = 0.15;                         // of repeated updates, per candidate [s]
   std::size_t max_memory = std::size_t{3} << 30;  // memory limit of one precompute [bytes]
   CandidateLimits limits = {};

@@ -16,7 +16,6 @@
 #include "shared/text/text.h"
 #include "slave/live/live_slave.h"
 #include "slave/recording/sense_recording.h"
-#include "slave/scene/decided_model.h"
 #include "slave/scene/scene_loader.h"
 #include "tests/slave/simulator/simulated_devices.h"
 #include "tests/support/not_finite.h"
@@ -160,10 +159,6 @@ TEST_F(RecordedRunTest, ImpossibleStepsAreRefusedInWords) {
                 if (step->has_estimate()) step->mutable_estimate()->mutable_p_s_arm()->set_x(kNan);
               })),
               HasSubstr("expected a finite number"));
-  EXPECT_THAT(refusal(Changed([](v1::SenseStep* step) {
-                if (step->has_settings()) step->mutable_settings()->set_decided("torn");
-              })),
-              HasSubstr("a recorded decision"));
   EXPECT_THAT(refusal(Changed([](v1::SenseStep* step) { step->mutable_law(); })),
               HasSubstr("no image received"));
 }

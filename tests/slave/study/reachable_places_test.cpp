@@ -4,7 +4,6 @@
 
 #include <gtest/gtest.h>
 
-#include "slave/study/auto_model.h"
 #include "tests/slave/study/fake_model_factory.h"
 
 namespace palpate::study {

@@ -10,7 +10,7 @@
 #include <gtest/gtest.h>
 
 #include "slave/scene/scene_loader.h"
-#include "slave/study/auto_model.h"
+#include "slave/study/own_model.h"
 #include "tests/reference/solve_fixture.h"
 
 namespace palpate {
