@@ -41,7 +41,7 @@ install(DIRECTORY proto/ DESTINATION share/palpate/proto COMPONENT dev EXCLUDE_F
 install(DIRECTORY ${palpate_made}/python/palpate DESTINATION lib/python3/dist-packages COMPONENT python EXCLUDE_FROM_ALL
         PATTERN "__pycache__" EXCLUDE)
 
-foreach(component slave master cameras devices dev python)
+foreach(component slave master cameras dev python)
   set(package palpate-${component})
   if(component STREQUAL python)
     set(package python3-palpate)
@@ -55,7 +55,7 @@ foreach(component slave master cameras devices dev python)
 endforeach()
 
 set(CPACK_GENERATOR DEB)
-set(CPACK_COMPONENTS_ALL slave master cameras devices dev python)
+set(CPACK_COMPONENTS_ALL slave master cameras dev python)
 set(CPACK_DEB_COMPONENT_INSTALL ON)
 set(CPACK_SET_DESTDIR ON)  # for /etc
 set(CPACK_INSTALL_PREFIX /usr)
@@ -75,7 +75,7 @@ set(CPACK_DEBIAN_SLAVE_PACKAGE_RECOMMENDS "palpate-cameras, openssl")
 set(CPACK_DEBIAN_SLAVE_PACKAGE_SUGGESTS "palpate-master, python3")
 set(CPACK_DEBIAN_CAMERAS_PACKAGE_DEPENDS "gstreamer1.0-plugins-base")
 set(CPACK_DEBIAN_CAMERAS_PACKAGE_RECOMMENDS "palpate-slave")
-set(CPACK_DEBIAN_DEVICES_PACKAGE_RECOMMENDS "palpate-master, spacenavd")
+set(CPACK_DEBIAN_MASTER_PACKAGE_SUGGESTS "libspnav0, spacenavd")
 set(CPACK_DEBIAN_DEV_PACKAGE_DEPENDS "libgrpc++-dev, libprotobuf-dev, protobuf-compiler-grpc")
 # The module is for the Python whose headers it was compiled with.
 get_directory_property(minor DIRECTORY deploy/python/core DEFINITION Python3_VERSION_MINOR)
@@ -94,8 +94,6 @@ device, or on a page with the mouse.")
 set(CPACK_COMPONENT_CAMERAS_DESCRIPTION "Palpate slave: cameras, videos and depth cameras
 Modules of palpate-slave for cameras, streams, videos, depth cameras, and image
 formats other than PNG and JPEG.")
-set(CPACK_COMPONENT_DEVICES_DESCRIPTION "Palpate master: gamepad and SpaceMouse
-Module of palpate-master for game controllers and the SpaceMouse.")
 set(CPACK_COMPONENT_DEV_DESCRIPTION "Palpate: messages and stubs for C++ clients
 Headers and library of the gRPC messages and stubs, a CMake package with the
 target Palpate::proto, and the .proto files for other languages.")

@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # Installs missing packages on Debian 12 and 13: those of palpate-slave and palpate-master, and those of the named parts.
-# usage: deploy/install.sh [insertion] [cameras] [devices] [calibration] [clouds] [mesher] [training] [view] [page] [plots] [python] [packages] [tests] [bare] [fuzz] [gcc]
+# usage: deploy/install.sh [insertion] [cameras] [calibration] [clouds] [mesher] [training] [view] [page] [plots] [python] [packages] [tests] [bare] [fuzz] [gcc]
 #   view: npm, which installs three.js and uPlot of the operator's page   page: view, the browser of its tests, and the tool that joins images
 #   plots: matplotlib of palpate.plot   python: the Python package with its models, and pip that builds it   packages: deploy/package.sh   tests: all parts and the packages of their tests   bare: tests of the packages in a bare Debian
 #   fuzz: packages of the fuzzers   gcc: the second compiler of the tests
@@ -24,7 +24,6 @@ packages=("clang-$clang" cmake ninja-build protobuf-compiler protobuf-compiler-g
           libzstd-dev libnats-dev)
 # palpate-cameras.so: videos, cameras, images other than PNG and JPEG; without the base plugins no GStreamer pipeline ends in an appsink.
 cameras=(libopencv-videoio-dev gstreamer1.0-plugins-base)
-devices=(libsdl2-dev libspnav-dev)    # palpate-devices.so: gamepad and SpaceMouse; 54 packages come with them
 calibration=(libopencv-calib3d-dev)   # palpate-slave calibrate
 insertion=(python3)                   # motion and figures of the embryo demo
 training=(python3-torch python3-scipy python3-numpy python3-grpcio python3-protobuf)  # python3 -m palpate.train
@@ -43,7 +42,6 @@ for part in "$@"; do
     view) want_npm ;;
     page) packages+=(chromium webp); want_npm ;;
     cameras) packages+=("${cameras[@]}") ;;
-    devices) packages+=("${devices[@]}") ;;
     calibration) packages+=("${calibration[@]}") ;;
     clouds) packages+=("${clouds[@]}") ;;
     mesher) packages+=("${mesher[@]}") ;;
@@ -51,15 +49,15 @@ for part in "$@"; do
     python) packages+=("${python[@]}") ;;
     training) packages+=("${training[@]}") ;;
     tests)
-      packages+=("${cameras[@]}" "${devices[@]}" "${calibration[@]}" "${clouds[@]}" "${mesher[@]}" "${training[@]}" libgtest-dev libgmock-dev libbenchmark-dev clang-format
+      packages+=("${cameras[@]}" "${calibration[@]}" "${clouds[@]}" "${mesher[@]}" "${training[@]}" libgtest-dev libgmock-dev libbenchmark-dev clang-format
                  clang-tidy "libclang-rt-$clang-dev" python3 mypy python3-grpcio python3-numpy python3-protobuf python3-serial python3-yaml iproute2 git openssl chromium universal-ctags
-                 nats-server "${plots[@]}" "${python[@]}")
+                 nats-server libspnav0 "${plots[@]}" "${python[@]}")
       want_npm ;;
     packages) packages+=("${python[@]}" dpkg-dev file) ;;
     bare) packages+=(debootstrap lintian python3-yaml iproute2) ;;
     fuzz) packages+=("libclang-rt-$clang-dev" python3) ;;
     gcc) packages+=(g++) ;;
-    *) echo "install.sh: $part: expected insertion, cameras, devices, calibration, clouds, mesher, training, view, page, plots, python, packages, tests, bare, fuzz, gcc" >&2; exit 2 ;;
+    *) echo "install.sh: $part: expected insertion, cameras, calibration, clouds, mesher, training, view, page, plots, python, packages, tests, bare, fuzz, gcc" >&2; exit 2 ;;
   esac
 done
 

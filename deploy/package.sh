@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# Builds the Debian packages palpate-slave, palpate-cameras, palpate-master, palpate-devices, palpate-dev and python3-palpate.
+# Builds the Debian packages palpate-slave, palpate-cameras, palpate-master, palpate-dev and python3-palpate.
 # usage: deploy/package.sh [--out DIR] [--version VERSION] [--built]
 #   --out DIR           folder of the packages, default build/packages; what else is there stays
 #   --version VERSION   Debian version, default: from the tag vX.Y.Z, see below
@@ -40,7 +40,7 @@ fi
   { echo "package.sh: --version $version: expected a digit, then digits, letters and . + ~" >&2; exit 2; }
 
 if [ -z "$built" ]; then
-  deploy/install.sh cameras devices calibration clouds view packages
+  deploy/install.sh cameras calibration clouds view packages
   deploy/page.sh || echo "the page will have no 3D view and no charts"
   deploy/build.sh release -DPALPATE_TESTS=OFF -DPALPATE_VALIDATE=OFF
 fi

@@ -176,7 +176,7 @@ void Declare(CLI::App* app, Arguments* a, DoctorArguments* doctor) {
   Add(connect, "target", &a->link.target, "HOST:PORT", "Address of the slave")->required();
   Add(connect, "--device", &a->device, "DEVICE",
       "sim-hand, playback:FILE.csv (time_s,x,y,z), pointer (mouse, keys or gamepad on the page of "
-      "--view), or touch, dhd, haply, spacemouse or gamepad[:option]; see devices. Default: "
+      "--view), or touch, dhd, haply or spacemouse[:option]; see devices. Default: "
       "sim-hand if the slave is simulated, else none, and the master observes");
   connect
       ->add_option("--render", a->render,

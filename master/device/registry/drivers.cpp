@@ -4,14 +4,13 @@
 
 #include "master/device/dhd/dhd_device.h"
 #include "master/device/haply/haply_device.h"
-#include "master/device/rate/rate_drivers.h"
+#include "master/device/spacemouse/spacemouse.h"
 #include "master/device/touch/touch_device.h"
 
 namespace palpate {
 
 std::span<const Driver> Drivers() {
-  static const std::array drivers{TouchDriver(), DhdDriver(), HaplyDriver(), SpaceMouseDriver(),
-                                  GamepadDriver()};
+  static const std::array drivers{TouchDriver(), DhdDriver(), HaplyDriver(), SpaceMouseDriver()};
   return drivers;
 }
 

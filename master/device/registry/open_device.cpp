@@ -23,7 +23,8 @@ std::unique_ptr<Device> OpenDevice(const std::string& spec, double press_depth,
   if (!file.empty()) return std::make_unique<Playback>(file);
   const std::string name = spec.substr(0, spec.find(':'));
   const std::string option = name.size() < spec.size() ? spec.substr(name.size() + 1) : "";
-  std::string accepted = "sim-hand, playback:FILE.csv, pointer (with --view)";
+  std::string accepted =
+      "sim-hand, playback:FILE.csv, pointer (mouse, keys or gamepad, with --view)";
   for (const Driver& driver : Drivers()) {
     if (driver.name == name) return driver.open(option);
     accepted += ", " + std::string(driver.name);

@@ -6,7 +6,6 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "master/device/rate/rate_device.h"
 #include "master/device/sim_hand.h"
 #include "tests/support/allocation_count.h"
 
@@ -113,23 +112,16 @@ TEST_F(HapticDeviceTest, AfterAFaultTheSwitchMustOpenFirst) {
   EXPECT_TRUE(reading_.engaged);
 }
 
-// Also tests the base class of all drivers and the devices that move an arm.
+// Also tests the base class of all drivers and the simulated operator.
 TEST(HapticDeviceAllocationTest, ReadingAndWritingDoNotAllocate) {
-  struct Quiet final : RateSource {
-    RateInput Poll(Time /*now*/) override { return {{1, 0, 0}, true}; }
-    [[nodiscard]] std::string description() const override { return "quiet"; }
-  };
   Recorded recorded;
   SimHand hand(0.004, 0.02);
-  RateDevice rate(std::make_unique<Quiet>(), 0.02, false);
-  rate.Poll(kDeviceStart);
   const long before = AllocationCount();
   for (int i = 0; i < 1000; ++i) {
     const Time now = kDeviceStart + std::chrono::milliseconds(i);
     recorded.next.status.fault = i % 100 == 50 ? DeviceFault::kDriver : DeviceFault::kNone;
     for (HapticDevice* device :
-         {static_cast<HapticDevice*>(&recorded), static_cast<HapticDevice*>(&hand),
-          static_cast<HapticDevice*>(&rate)}) {
+         {static_cast<HapticDevice*>(&recorded), static_cast<HapticDevice*>(&hand)}) {
       device->Read(now);
       device->WriteWrench({1, 2, 3}, {0, 0, 1});
     }
