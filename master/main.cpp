@@ -19,7 +19,6 @@
 #include "master/commands/operate.h"
 #include "master/link/channel.h"
 #include "master/link/slave_link.h"
-#include "master/watch/watch.h"
 #include "shared/program/command_line.h"
 #include "shared/program/program.h"
 #include "shared/text/text.h"
@@ -89,7 +88,6 @@ int Main(int argc, char** argv) {
   std::unique_ptr<ConnectRecorder> recorder;  // outlives the link
   std::unique_ptr<Line> line;
   std::unique_ptr<Device> device;
-  Health health;
   try {
     app.parse(argc, argv);
     if (app.got_subcommand("doctor")) {
@@ -100,20 +98,12 @@ int Main(int argc, char** argv) {
     if (app.got_subcommand("devices")) return ListDevices();
     if (app.got_subcommand("replay")) return ShowRecording(a);
     if (app.got_subcommand("evict")) return Evict(a);
-    if (app.got_subcommand("watch")) {
-      CatchSignals();
-      a.watch.name = "palpate-master watch, " + NameOfUser();
-      return RunWatch(a.watch, [] { return g_stop.load(); });
-    }
     CheckBeforehand(a);
     if (FindInvalidUtf8(a.link.operator_name) != std::string::npos) {
       throw std::invalid_argument("the operator's name: expected UTF-8");
     }
     if (a.link.operator_name.empty()) a.link.operator_name = NameOfUser();
     NameCalls(a.link.operator_name);
-    if (!a.metrics.empty()) {
-      health.page.emplace(a.metrics, a.link.insecure, [&] { return health.seen.Collect(); });
-    }
     if (!a.record.empty()) {
       recorder =
           std::make_unique<ConnectRecorder>(a.record, a.record_limit, a.record_part, &a.link);
@@ -129,7 +119,7 @@ int Main(int argc, char** argv) {
   }
   CatchSignals();
   try {
-    return Operate(a, line.get(), std::move(device), recorder.get(), &health);
+    return Operate(a, line.get(), std::move(device), recorder.get());
   } catch (const std::exception& error) {
     if (g_stop) return kDone;  // before anything moved
     std::fprintf(stderr, "palpate-master: %s\n", error.what());

@@ -86,8 +86,6 @@ int Main(int argc, char** argv) {
       ->envname("STATE_DIRECTORY")
       ->check(CLI::ExistingDirectory);
 
-  Add(serve_command, "--metrics", &serve.metrics, "HOST:PORT",
-      "Address that serves Prometheus metrics at /metrics");
   Add(serve_command, "--publish", &serve.publish, "URL",
       "NATS server, nats://HOST:PORT or tls://HOST:PORT, that passes states, meshes and images on "
       "to any number of observers");

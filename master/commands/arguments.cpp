@@ -80,28 +80,6 @@ void DeclareEvict(CLI::App* app, Arguments* a) {
   AddLineOptions(evict, &a->link);
 }
 
-void DeclareWatch(CLI::App* app, WatchOptions* options) {
-  CLI::App* watch = app->add_subcommand(
-      "watch", "Show the slaves that publish on a NATS server: force, validity, age, alarms");
-  watch->footer(
-      "Examples:\n"
-      "  palpate-master watch nats://127.0.0.1:4222\n"
-      "  palpate-master watch nats://127.0.0.1:4222 --json --duration 10");
-  Add(watch, "server", &options->url, "URL",
-      "NATS server of serve --publish: nats://HOST:PORT or tls://HOST:PORT")
-      ->required();
-  Add(watch, "--duration", &options->duration, "S",
-      "Length of the run in seconds; default: until interrupted")
-      ->check(Between(1e-3, 1e8));
-  watch->add_flag("--json", options->json,
-                  "Print a line of JSON for each slave and second instead of a table");
-  Add(watch, "--tls", &options->tls, "DIR",
-      "For tls://: ca.pem, cert.pem and key.pem of this folder (deploy/certs)")
-      ->check(CLI::Validator(CLI::ExistingDirectory).description(""));
-  watch->add_flag("--insecure", options->insecure,
-                  "Allow plain text to other machines; without it only loopback is accepted");
-}
-
 void DeclareMotion(CLI::App* connect, Arguments* a) {
   Add(connect, "--axes", &a->axes, "AXES",
       "The device's axes for right, up and towards the operator, for example --axes=-z,y,x")
@@ -161,7 +139,6 @@ void Declare(CLI::App* app, Arguments* a, DoctorArguments* doctor) {
       "  palpate-master connect localhost:50051 --duration 20 --report report.json --log log.csv\n"
       "  palpate-master doctor localhost:50051\n"
       "  palpate-master evict localhost:50051 --reason maintenance\n"
-      "  palpate-master watch nats://127.0.0.1:4222\n"
       "  palpate-master connect localhost:50051 --device pointer --view\n"
       "  palpate-master devices\n"
       "  palpate-master connect localhost:50051 --record session.mcap\n"
@@ -213,8 +190,6 @@ void Declare(CLI::App* app, Arguments* a, DoctorArguments* doctor) {
       "--datagrams,!--no-datagrams", [a](std::int64_t count) { a->link.datagrams = count > 0; },
       "Send states and commands also by UDP, encrypted with keys from the stream; default: on to "
       "other machines");
-  Add(connect, "--metrics", &a->metrics, "HOST:PORT",
-      "Serve health metrics for Prometheus at http://HOST:PORT/metrics");
   CLI::Option* view =
       Add(connect, "--view", &a->view, "[HOST:PORT]",
           "Serve the operator's page, by default at 127.0.0.1 on a free port; beyond "
@@ -229,7 +204,6 @@ void Declare(CLI::App* app, Arguments* a, DoctorArguments* doctor) {
   DeclareDevices(app);
   DeclareEvict(app, a);
   DeclareRecordings(app, a);
-  DeclareWatch(app, &a->watch);
   DeclareDoctor(app, doctor);
 }
 

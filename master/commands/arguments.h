@@ -10,7 +10,6 @@
 #include "master/doctor/doctor.h"
 #include "master/link/slave_link.h"
 #include "master/motion/operator_motion.h"
-#include "master/watch/watch.h"
 
 namespace CLI {
 class App;
@@ -32,12 +31,10 @@ struct Arguments {
   std::string record_limit = "8 GB";
   double record_part = 0;           // [s]; 0: one file
   std::string reason;               // of evict
-  std::string metrics;              // HOST:PORT of the metrics page; empty: none
   bool views = false;               // whether the page is served
   std::string view;                 // HOST:PORT; empty: a free loopback port
   std::filesystem::path setup_tls;  // of the page's set-up; empty: link.tls
   ReplayOptions replay;
-  WatchOptions watch;
 };
 
 struct DoctorArguments {

@@ -209,7 +209,7 @@ void OnSignal(int) {
 }  // namespace
 
 int Operate(const Arguments& a, Line* line, std::unique_ptr<Device> device,
-            ConnectRecorder* recorder, Health* health) {
+            ConnectRecorder* recorder) {
   Console console = Console::Standard();
   const RemoteScene scene = Connect(&line->link);
   if (!device) device = OpenDeviceFor(scene, a);
@@ -252,9 +252,6 @@ int Operate(const Arguments& a, Line* line, std::unique_ptr<Device> device,
   options.log = a.log;
   options.sensor_rate = scene.sensor_rate;
   for (const RemoteFingertip& tip : scene.fingertips) options.finger_names.push_back(tip.name);
-  if (health->page) {
-    console.Print("metrics at http://" + ToString(health->page->endpoint()) + "/metrics");
-  }
   auto station =
       OpenStation(a, scene, &line->link, device.get(), &requests, recorder, observer.get());
   options.notify = [&](const std::string& notice) {
@@ -310,7 +307,6 @@ int Operate(const Arguments& a, Line* line, std::unique_ptr<Device> device,
         }
         console.Show(status, observer->mesh().get());
         if (station) station->Update(status);
-        health->seen.Update(status);
       });
   line->link.EndCalls();
   station.reset();

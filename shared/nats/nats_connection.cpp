@@ -4,13 +4,11 @@
 #include <cctype>
 #include <chrono>
 #include <condition_variable>
-#include <deque>
 #include <mutex>
 #include <stdexcept>
 #include <utility>
 
 #include <nats/nats.h>
-#include <nlohmann/json.hpp>
 
 #include "shared/text/text.h"
 
@@ -27,8 +25,6 @@ constexpr std::size_t kMaxReasonLength = 200;
 struct Free {
   void operator()(natsOptions* options) const { natsOptions_Destroy(options); }
   void operator()(natsConnection* connection) const { natsConnection_Destroy(connection); }
-  void operator()(natsSubscription* subscription) const { natsSubscription_Destroy(subscription); }
-  void operator()(natsMsg* message) const { natsMsg_Destroy(message); }
 };
 template <class T>
 using Owned = std::unique_ptr<T, Free>;
@@ -56,25 +52,6 @@ std::string WithoutQuotes(std::string name) {
       name.begin(), name.end(),
       [](unsigned char c) { return c == '"' || c == '\\' || std::iscntrl(c) != 0; }, '-');
   return name;
-}
-
-// Returns for example `the NATS server cut off NAME at HOST: Slow Consumer (Write Deadline)`;
-// empty: another reason.
-std::string SlowClientIn(std::string_view advisory) {
-  const auto json = nlohmann::json::parse(advisory, nullptr, false);
-  if (!json.is_object()) return {};
-  const auto word = [](const nlohmann::json& from, const char* key) {
-    const auto found = from.find(key);
-    return found != from.end() && found->is_string() ? Presentable(found->get<std::string>(), 80)
-                                                     : std::string();
-  };
-  const std::string reason = word(json, "reason");
-  if (!reason.starts_with("Slow Consumer")) return {};
-  const auto client = json.value("client", nlohmann::json::object());
-  if (!client.is_object()) return {};
-  const std::string name = word(client, "name");
-  return "the NATS server cut off " + (name.empty() ? "a client" : name) + " at " +
-         word(client, "host") + ": " + reason;
 }
 
 }  // namespace
@@ -107,19 +84,7 @@ std::string SubjectOf(std::string_view slave, std::string_view kind) {
   return std::string(kRoot) + (name.empty() ? "slave" : name) + "." + std::string(kind);
 }
 
-SubjectParts PartsOf(std::string_view subject) {
-  const std::size_t dot = subject.rfind('.');
-  if (!subject.starts_with(kRoot) || dot <= kRoot.size()) return {};
-  return {subject.substr(kRoot.size(), dot - kRoot.size()), subject.substr(dot + 1)};
-}
-
 struct NatsConnection::Parts {
-  struct Reader {
-    std::string subject;
-    OnMessage on_message;
-    Owned<natsSubscription> subscription;  // of the present connection
-  };
-
   // Reports a text. Failing attempts with the same text are reported once.
   void Tell(const std::string& text) {
     {
@@ -129,30 +94,18 @@ struct NatsConnection::Parts {
     on_news(text);
   }
   void Open();
-  void SubscribeAgain(Reader* reader);
-  void Finish() {
-    const std::scoped_lock lock(mutex);
-    --running;
-    finished.notify_all();
-  }
 
   // The last callback about a connection.
   static void OnClosed(natsConnection* /*nc*/, void* closure) {
-    static_cast<Parts*>(closure)->Finish();
+    auto* const parts = static_cast<Parts*>(closure);
+    const std::scoped_lock lock(parts->mutex);
+    --parts->running;
+    parts->finished.notify_all();
   }
-  // The last one about a subscription.
-  static void OnComplete(void* closure) { static_cast<Parts*>(closure)->Finish(); }
   static void OnError(natsConnection* nc, natsSubscription* /*of*/, natsStatus error,
                       void* closure) {
     static_cast<Parts*>(closure)->Tell(std::string("NATS: ") + natsStatus_GetText(error) +
                                        WordsOf(nc));
-  }
-  static void OnMessageOf(natsConnection* /*nc*/, natsSubscription* /*of*/, natsMsg* message,
-                          void* closure) {
-    const Owned<natsMsg> owned(message);
-    static_cast<Reader*>(closure)->on_message(
-        natsMsg_GetSubject(message),
-        {natsMsg_GetData(message), static_cast<std::size_t>(natsMsg_GetDataLength(message))});
   }
 
   Endpoint endpoint;
@@ -161,9 +114,8 @@ struct NatsConnection::Parts {
   std::chrono::steady_clock::time_point due{};  // of the next attempt
   std::mutex mutex;                             // guards the next three members
   std::condition_variable finished;
-  std::size_t running = 0;  // connections and subscriptions that still wait for their last callback
+  std::size_t running = 0;  // connections that wait for their last callback
   std::string last_news;    // the last reported text
-  std::deque<Reader> readers;  // elements of a deque keep their address
   Owned<natsConnection> connection;
 };
 
@@ -175,7 +127,6 @@ void NatsConnection::Parts::Open() {
     Tell("the connection to the NATS server at " + ToString(endpoint) + " ended" +
          WordsOf(connection.get()) + "; trying again");
   }
-  for (Reader& reader : readers) reader.subscription.reset();
   connection.reset();
   natsConnection* made = nullptr;
   const natsStatus status = natsConnection_Connect(&made, options.get());
@@ -191,19 +142,7 @@ void NatsConnection::Parts::Open() {
     const std::scoped_lock lock(mutex);
     ++running;
   }
-  for (Reader& reader : readers) SubscribeAgain(&reader);
   Tell("connected to the NATS server at " + ToString(endpoint));
-}
-
-// A connection that ends meanwhile has no subscription; the next one subscribes again.
-void NatsConnection::Parts::SubscribeAgain(Reader* reader) {
-  natsSubscription* made = nullptr;
-  const natsStatus status = natsConnection_Subscribe(&made, connection.get(),
-                                                     reader->subject.c_str(), OnMessageOf, reader);
-  if (status != NATS_OK) return;
-  reader->subscription.reset(made);
-  const std::scoped_lock lock(mutex);
-  if (natsSubscription_SetOnCompleteCB(made, OnComplete, this) == NATS_OK) ++running;
 }
 
 NatsConnection::NatsConnection(const NatsServer& server, const std::string& name, OnNews on_news)
@@ -241,21 +180,6 @@ NatsConnection::~NatsConnection() {
       parts_->finished.wait_for(lock, kCloseWait, [this] { return parts_->running == 0; });
   lock.unlock();
   if (!is_over) static_cast<void>(parts_.release());
-}
-
-void NatsConnection::Subscribe(const std::string& subject, OnMessage on_message) {
-  Parts::Reader& reader = parts_->readers.emplace_back();
-  reader.subject = subject;
-  reader.on_message = std::move(on_message);
-  if (parts_->connection) parts_->SubscribeAgain(&reader);
-}
-
-void NatsConnection::ReportSlowClients() {
-  Subscribe("$SYS.ACCOUNT.*.DISCONNECT",
-            [parts = parts_.get()](std::string_view /*subject*/, std::string_view bytes) {
-              const std::string text = SlowClientIn(bytes);
-              if (!text.empty()) parts->on_news(text);
-            });
 }
 
 bool NatsConnection::Connected() {

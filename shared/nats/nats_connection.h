@@ -1,5 +1,4 @@
-// A connection to a NATS server, which passes messages published by slaves to any number of
-// observers.
+// A connection to a NATS server, which passes what a slave publishes to any number of observers.
 #pragma once
 
 #include <filesystem>
@@ -27,19 +26,13 @@ NatsServer ParseNatsServer(const std::string& url, bool insecure, const std::fil
 // The subject of a kind of messages of a slave: `palpate.NAME.KIND`. Characters that are invalid in
 // a subject become `-` in NAME.
 std::string SubjectOf(std::string_view slave, std::string_view kind);
-// NAME and KIND of such a subject. Both are empty for other subjects.
-struct SubjectParts {
-  std::string_view slave, kind;
-};
-SubjectParts PartsOf(std::string_view subject);
 
 // Connects, and reconnects whenever the connection ends. Messages are not stored while there is no
 // connection. All methods are called by one thread.
 class NatsConnection {
  public:
-  // Both callbacks may also be called by threads of the library.
+  // May also be called by threads of the library.
   using OnNews = std::function<void(const std::string& text)>;
-  using OnMessage = std::function<void(std::string_view subject, std::string_view bytes)>;
 
   // `name`: how the server calls this client in its log. `on_news` gets changes of the connection
   // in words. Throws std::invalid_argument: unusable certificates.
@@ -49,11 +42,6 @@ class NatsConnection {
   NatsConnection(const NatsConnection&) = delete;
   NatsConnection& operator=(const NatsConnection&) = delete;
 
-  // Subscribes for this and later connections.
-  void Subscribe(const std::string& subject, OnMessage on_message);
-  // The news name each client that the server cuts off because it reads too slowly, if the server
-  // states to its clients (deploy/nats-server.conf).
-  void ReportSlowClients();
   // Returns whether there is a connection. Without one it tries to connect, up to five times per
   // second; an attempt without an answer takes a second.
   bool Connected();

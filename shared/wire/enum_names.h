@@ -1,4 +1,4 @@
-// Names of enumerations in tables, metrics and logs: those that proto declares, so that a new value
+// Names of enumerations in tables and logs: those that proto declares, so that a new value
 // needs no second list.
 #pragma once
 

@@ -29,7 +29,6 @@ NatsFeed::NatsFeed(const NatsServer& server, Slave& slave, Publisher& publisher,
       meshes_(KindOf("mesh", kBulkRate)),
       images_(KindOf("image", kBulkRate)),
       statuses_(KindOf("status", kStatusRate)) {
-  connection_.ReportSlowClients();
   thread_ = std::jthread([this](const std::stop_token& stop) { Run(stop); });
 }
 

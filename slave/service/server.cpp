@@ -197,10 +197,6 @@ const std::string& Server::address() const {
   return parts_->address;
 }
 
-Acceptor::Counts Server::connections() const {
-  return parts_->acceptor->counts();
-}
-
 void Server::Stop(std::chrono::milliseconds grace) {
   std::call_once(parts_->stopped, [&] {
     parts_->health = {};

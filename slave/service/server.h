@@ -29,8 +29,6 @@ class Server {
   void PublishOn(const NatsServer& nats);
   // The HOST:PORT on which the server listens.
   [[nodiscard]] const std::string& address() const;
-  // Counts of admission control since the start. Thread-safe.
-  [[nodiscard]] Acceptor::Counts connections() const;
   // Shuts down: health reports NOT_SERVING and streams end before it returns. Calls have the time
   // `grace` to end by themselves. Idempotent.
   void Stop(std::chrono::milliseconds grace = std::chrono::milliseconds(300));

@@ -2,14 +2,13 @@
 """Measures the effect of observers behind a NATS server on the operator, and what the observers receive. Server and
 observers run on this machine, with nice 5.
 
-  bench_observers.py [--threes N] [--seconds S] [--observers N] [--restarts N] [--slaves N]   needs nats-server
+  bench_observers.py [--threes N] [--seconds S] [--observers N] [--restarts N]   needs nats-server
 
 Operator: groups of three runs, one with observers of a slave between two without server and publishing. Prints command
 ages at the slave, and the longest time for which a processor did not run even the most urgent thread, as on a virtual
 machine without its share.
 Restart: the server is killed and restarted. Prints the seconds from its first answer until every observer has read a
 state again.
-Fleet: slaves in one `palpate-master watch`. Prints rates, ages, processor time and memory of the watch.
 """
 import argparse
 import contextlib
@@ -22,8 +21,8 @@ import tempfile
 import time
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "e2e"))
-from observers import Crowd, Server, Watch, require_server  # noqa: E402
-from programs import BLOCK, Slave, cpu_seconds, memory, wait_until  # noqa: E402
+from observers import Crowd, Server, require_server  # noqa: E402
+from programs import BLOCK, Slave, cpu_seconds  # noqa: E402
 from test_crowd import session  # noqa: E402
 
 STATES = "palpate.silicone-block.state"
@@ -95,40 +94,17 @@ def operator(a, folder):
           f"publishing: {100 * statistics.median(shares):.1f} % of a core, {100 * min(shares):.1f} to {100 * max(shares):.1f} %")
 
 
-def restart(a, folder):
-    took, watched = [], []
+def restart(a):
+    took = []
     server = Server()
-    with server, Slave(BLOCK, "--publish", server.url), Crowd(server, STATES, a.observers) as crowd, Watch(server, folder) as watch:
+    with server, Slave(BLOCK, "--publish", server.url), Crowd(server, STATES, a.observers) as crowd:
         crowd.all_read()
-        for i in range(a.restarts):
+        for _ in range(a.restarts):
             server.kill()
             time.sleep(1)
             server.start()
-            begun = time.monotonic()
             took.append(crowd.all_read())
-            # The first match is that of the start.
-            wait_until(lambda: watch.news.read_text().count("connected to the NATS") == i + 2)
-            watched.append(time.monotonic() - begun)
-    print(f"restart: {a.observers} observers read again after {min(took):.2f} to {max(took):.2f} s, median {statistics.median(took):.2f} s; "
-          f"a watch within {max(watched):.2f} s")
-
-
-def fleet(a, folder):
-    with Server() as server, Watch(server, folder) as watch, contextlib.ExitStack() as slaves:
-        for i in range(a.slaves):
-            slaves.enter_context(Slave(BLOCK, "--publish", server.url, "--override", f"name=block-{i}", "--override",
-                                       "sense.camera.rate=5Hz"))
-        if not wait_until(lambda: len(watch.newest()) == a.slaves):
-            raise AssertionError(f"{len(watch.newest())} slaves are seen")
-        time.sleep(2)
-        count, used = len(watch.seen()), cpu_seconds(watch.process.pid)
-        time.sleep(a.seconds)
-        lines = watch.seen()[count:]
-        share = (cpu_seconds(watch.process.pid) - used) / a.seconds
-        print(f"fleet: {len({line['slave'] for line in lines})} slaves in {len(lines)} lines, {sum(line['validity'] == 'valid' for line in lines)} "
-              f"valid; {min(line['rate_hz'] for line in lines):.1f} to {max(line['rate_hz'] for line in lines):.1f} states/s; "
-              f"age up to {max(line['age_s'] for line in lines):.2f} s with cameras at 5 Hz; watch: {100 * share:.1f} % of a core, "
-              f"{memory(watch.process.pid):.0f} MB; load {os.getloadavg()[0]:.1f}")
+    print(f"restart: {a.observers} observers read again after {min(took):.2f} to {max(took):.2f} s, median {statistics.median(took):.2f} s")
 
 
 def main():
@@ -137,12 +113,11 @@ def main():
     parser.add_argument("--seconds", type=float, default=10)
     parser.add_argument("--observers", type=int, default=200)
     parser.add_argument("--restarts", type=int, default=5)
-    parser.add_argument("--slaves", type=int, default=20)
     a = parser.parse_args()
     require_server()
+    restart(a)
     with tempfile.TemporaryDirectory() as folder:
-        for part in (fleet, restart, operator):
-            part(a, pathlib.Path(folder))
+        operator(a, pathlib.Path(folder))
 
 
 if __name__ == "__main__":

@@ -2,7 +2,6 @@
 import json
 import multiprocessing
 import os
-import pathlib
 import selectors
 import shutil
 import signal
@@ -11,7 +10,7 @@ import subprocess
 import sys
 import time
 
-from programs import MASTER, PATIENCE, ROOT, free_port, wait_until
+from programs import PATIENCE, ROOT, free_port, wait_until
 
 NATS = shutil.which("nats-server", path="/usr/sbin:/usr/bin:/usr/local/bin")
 CONFIGURATION = ROOT / "deploy/nats-server.conf"
@@ -63,13 +62,16 @@ class Server:
         self.kill()
 
 
-def connect(port, *subjects, name="observer"):
-    """Returns the socket of a NATS client that has subscribed to `subjects`."""
+def connect(port, *subjects, name="observer", login=None, context=None):
+    """Returns the socket of a NATS client that has subscribed to `subjects`; `login` has user and password, and `context`
+    is that of TLS."""
     line = socket.create_connection(("127.0.0.1", port), timeout=PATIENCE)
     if not line.recv(1 << 16).startswith(b"INFO "):
         raise ConnectionError("the NATS server closed the connection")
+    if context:
+        line = context.wrap_socket(line, server_hostname="127.0.0.1")
     words = "".join(f"SUB {subject} {i}\r\n" for i, subject in enumerate(subjects))
-    line.sendall(f'CONNECT {json.dumps({"verbose": False, "pedantic": False, "name": name})}\r\n{words}'.encode())
+    line.sendall(f'CONNECT {json.dumps({"verbose": False, "pedantic": False, "name": name, **(login or {})})}\r\n{words}'.encode())
     return line
 
 
@@ -143,29 +145,3 @@ class Crowd:
     def __exit__(self, *error):
         self.process.kill()
         self.process.join()
-
-
-class Watch:
-    """`palpate-master watch --json`, with its output and its messages in files."""
-
-    def __init__(self, server, folder, name="watch", *words):
-        self.command = [MASTER, "watch", server.url, "--json", *words]
-        self.lines, self.news = (pathlib.Path(folder, f"{name}.{end}") for end in ("jsonl", "txt"))
-
-    def __enter__(self):
-        with self.lines.open("w") as lines, self.news.open("w") as news:
-            self.process = subprocess.Popen(self.command, stdin=subprocess.DEVNULL, stdout=lines, stderr=news)
-        return self
-
-    def __exit__(self, *error):
-        self.process.kill()
-        self.process.wait()
-
-    def seen(self):
-        """Returns all lines so far."""
-        text = self.lines.read_text()
-        return [json.loads(line) for line in text[:text.rfind("\n") + 1].splitlines()]
-
-    def newest(self):
-        """Returns the newest line of each slave."""
-        return {line["slave"]: line for line in self.seen()}

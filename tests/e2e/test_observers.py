@@ -1,22 +1,24 @@
-"""Observers behind a NATS server: the table of a fleet; a server that dies, stalls or is absent; clients that do not
-read.
+"""Observers behind a NATS server: the example; each kind of message; a server that dies, stalls or is absent; clients that
+do not read.
 """
 import contextlib
 import signal
+import ssl
 import sys
 import unittest
 
-from observers import Crowd, Server, Watch, connect, next_message, require_server
-from programs import BLOCK, MASTER, PACKAGE, PATIENCE, ROOT, FolderTest, Slave, make_certificates, operate, run, wait_until
+from observers import CONFIGURATION, Crowd, Server, connect, next_message, require_server
+from programs import BARE, BLOCK, MASTER, PACKAGE, PATIENCE, ROOT, FolderTest, Slave, make_certificates, operate, run, wait_until
 from test_crowd import session
 
 sys.path.insert(0, str(PACKAGE))
 from palpate.v1 import state_pb2, telemetry_pb2
 
-OBSERVERS, FLEET = 200, 3
+OBSERVERS, SLAVES = 200, 3
 TRIES = 5
 STATES = "palpate.silicone-block.state"
 FLOOD = b"PUB palpate.flood.state 65536\r\n" + bytes(65536) + b"\r\n"
+EXAMPLE = ROOT / "deploy/examples/watch_nats.py"
 
 
 def publishing(server, *more, **how):
@@ -35,39 +37,35 @@ def flood_until(server, condition):
 
 
 class Observers(FolderTest):
-    def test_one_watch_shows_many_slaves(self):
-        names = {f"block-{i}" for i in range(FLEET)}
-        with Server() as server, Watch(server, self.out) as watch, contextlib.ExitStack() as slaves:
-            for name in sorted(names):
+    def test_the_example_shows_many_slaves(self):
+        def shown():
+            done = run("/usr/bin/python3", EXAMPLE, f"127.0.0.1:{server.port}", "--seconds", "1", env={**BARE, "PYTHONPATH": str(PACKAGE)})
+            self.assertEqual(done.returncode, 0, done.stderr)
+            return done.stdout
+
+        names = {f"block-{i}" for i in range(SLAVES)}
+        with Server() as server, contextlib.ExitStack() as slaves:
+            for name in names:
                 slaves.enter_context(publishing(server, "--override", f"name={name}", "--override", "sense.camera.rate=5Hz"))
-            valid = {}
-            self.assertTrue(wait_until(lambda: valid.update({name: line for name, line in watch.newest().items()
-                                                             if line["validity"] == "valid" and not line["alarms"]}) or names <= valid.keys()),
-                            f"seen: {watch.newest()}")
-            # A slave without a manipulator is listed as well.
+            # A slave without a manipulator publishes as well.
             slaves.enter_context(Slave(ROOT / "deploy/scenes/foam-cube.yaml", "--publish", server.url, "--override", "manipulator=none",
                                        simulates=False))
-            self.assertTrue(wait_until(lambda: watch.newest().get("foam-cube", {}).get("phase") == "observing"), watch.news.read_text())
-            self.assertTrue(wait_until(lambda: names <= watch.newest().keys()))
-        for line in valid.values():
-            self.assertEqual(line["force_N"], 0)  # without contact
-            self.assertEqual(line["phase"], "ready")
-            self.assertGreaterEqual(line["age_s"], 0)
+            self.assertTrue(wait_until(lambda: shown().count(" 0.0000 N, VALID") == SLAVES), shown())
+            self.assertEqual({line.split(":")[0] for line in shown().splitlines()}, names | {"foam-cube"})
+            self.assertNotIn("foam-cube: 0 states", shown())
 
-    def test_a_watch_shows_the_force_of_a_contact_and_a_slave_that_is_gone(self):
-        with Server() as server, Watch(server, self.out) as watch:
-            with publishing(server) as slave:
-                self.assertTrue(wait_until(watch.newest), "the slave is seen before it is touched")
-                master = operate(slave.address)
-                self.addCleanup(master.kill)
-                # A busy machine may hold the tool: the operator engages again.
-                self.assertTrue(wait_until(lambda: any(line["force_N"] and line["phase"] == "following" for line in watch.seen())))
-                master.send_signal(signal.SIGINT)
-                self.assertEqual(master.wait(timeout=PATIENCE), 0)
-            self.assertTrue(wait_until(lambda: watch.newest()["silicone-block"]["validity"] == "silent"))
-            self.assertIsNone(watch.newest()["silicone-block"]["force_N"])
-            table = run(MASTER, "watch", server.url, "--duration", "0.5")
-            self.assertEqual((table.returncode, table.stdout.split()[:2]), (0, ["slave", "force"]))
+    def test_an_observer_sees_the_force_of_a_contact(self):
+        with Server() as server, publishing(server) as slave, connect(server.port, STATES) as line:
+            def newest():
+                return state_pb2.SlaveState.FromString(next_message(line)[1])
+
+            self.assertTrue(wait_until(lambda: newest().validity == state_pb2.VALIDITY_VALID), "states arrive before the contact")
+            master = operate(slave.address)
+            self.addCleanup(master.kill)
+            # A busy machine may hold the tool: the operator engages again.
+            self.assertTrue(wait_until(lambda: (state := newest()).phase == state_pb2.PHASE_FOLLOWING and abs(state.force.y) > 0.1))
+            master.send_signal(signal.SIGINT)
+            self.assertEqual(master.wait(timeout=PATIENCE), 0)
 
     def test_each_kind_is_a_message_of_the_protocol(self):
         with Server() as server, publishing(server):
@@ -84,57 +82,50 @@ class Observers(FolderTest):
             self.assertTrue(message("image", state_pb2.ImageState()).jpeg.startswith(b"\xff\xd8"))
 
     def test_a_password_and_tls_are_used_and_a_wrong_one_is_reported(self):
-        make_certificates(self.out, "observer")
+        make_certificates(self.out)
         files = self.out / "slave"
         server = Server("--user", "ada", "--pass", "secret", "--tls", "--tlscert", files / "cert.pem", "--tlskey", files / "key.pem",
                         "--tlscacert", files / "ca.pem")
-        server.url = server.url.replace("nats://", "tls://ada:secret@")
-        with server, publishing(server, "--tls", files, tls=self.out) as slave, Watch(server, self.out, "watch", "--tls", self.out / "observer") as watch:
-            self.assertTrue(wait_until(watch.newest), watch.news.read_text())
-            for url, wrong in ((server.url.replace("secret", "guess"), "Authorization Violation"),
-                               (server.url.replace("127.0.0.1", "localhost"), "hostname mismatch")):
-                done = run(MASTER, "watch", url, "--tls", self.out / "observer", "--duration", "1")
-                self.assertEqual(done.returncode, 1)
-                self.assertIn(wrong, done.stderr)
-                self.assertNotIn("guess", done.stderr)
+        url = server.url.replace("nats://", "tls://ada:secret@")
+
+        def publisher(at):
+            return Slave(BLOCK, "--publish", at, "--tls", files, tls=self.out)
+
+        login = {"user": "ada", "pass": "secret"}
+        context = ssl.create_default_context(cafile=files / "ca.pem")
+        with server, publisher(url) as slave:
+            with connect(server.port, STATES, login=login, context=context) as line:
+                self.assertEqual(next_message(line)[0], STATES)
+            for wrong_url, why in ((url.replace("secret", "guess"), "Authorization Violation"),
+                                   (url.replace("127.0.0.1", "localhost"), "hostname mismatch")):
+                with publisher(wrong_url) as refused:
+                    log = next((line for line in refused.process.stderr if "no connection to the NATS server" in line), "")
+                    self.assertIn(why, log)
+                    refused.stop()
+                    self.assertNotRegex(log + refused.log, "guess|secret")
             self.assertEqual(slave.stop(), 0)
-            self.assertNotIn("secret", slave.log + watch.news.read_text())
+            self.assertNotIn("secret", slave.log)
 
     def test_observers_return_after_the_server_was_killed_and_started_again(self):
         server = Server()
-        with server, publishing(server) as slave, Crowd(server, STATES, OBSERVERS) as crowd, Watch(server, self.out) as watch:
+        with server, publishing(server) as slave, Crowd(server, STATES, OBSERVERS) as crowd:
             crowd.all_read()
-            self.assertTrue(wait_until(watch.newest))
             server.kill()
-            count = len(watch.seen())
-            self.assertTrue(wait_until(lambda: watch.newest()["silicone-block"]["validity"] == "silent"))
             server.start()
             print(f"{OBSERVERS} observers read again {crowd.all_read():.2f} s after the restart")
-            self.assertTrue(wait_until(lambda: any(line["validity"] == "valid" for line in watch.seen()[count + 1:])))
             self.assertEqual(slave.stop(), 0)
             self.assertGreaterEqual(slave.log.count("connected to the NATS server"), 2, slave.log)
 
-    def test_a_consumer_that_does_not_read_is_cut_off_and_reported(self):
-        with Server() as server, publishing(server) as slave, Watch(server, self.out) as reader, \
-                Watch(server, self.out, "stopped") as stopped, connect(server.port, "palpate.>", name="sloth"):
-            self.assertTrue(wait_until(lambda: reader.newest() and stopped.newest()))
-            stopped.process.send_signal(signal.SIGSTOP)
-            try:
-                cut = ["the NATS server cut off sloth", "the NATS server cut off palpate-master watch"]
-                self.assertTrue(flood_until(server, lambda: all(words in reader.news.read_text() for words in cut)),
-                                reader.news.read_text())
-            finally:
-                stopped.process.send_signal(signal.SIGCONT)
-            # The stopped client reports the loss, reconnects and continues. Other clients are not affected.
-            self.assertTrue(wait_until(lambda: stopped.news.read_text().count("connected to the NATS server") >= 2),
-                            stopped.news.read_text())
-            self.assertIn("this program stood still", stopped.news.read_text())
-            count = len(stopped.seen())
-            self.assertTrue(wait_until(lambda: any(line["validity"] == "valid" for line in stopped.seen()[count:])))
-            self.assertTrue(wait_until(lambda: reader.newest()["flood"]["validity"] == "silent"))
+    def test_an_observer_that_does_not_read_is_cut_off_and_others_go_on(self):
+        log = self.out / "nats.log"
+        log.touch()
+        with Server("-c", CONFIGURATION, "-l", log) as server, publishing(server) as slave, Crowd(server, STATES, 1) as crowd, \
+                connect(server.port, "palpate.>", name="sloth"):
+            crowd.all_read()
+            self.assertTrue(flood_until(server, lambda: '"sloth" - Slow Consumer Detected' in log.read_text()), log.read_text())
+            crowd.all_read()
             self.assertEqual(slave.stop(), 0)
-            for words in cut:
-                self.assertIn(words, slave.log)
+            self.assertEqual(slave.log.count("connected to the NATS server"), 1, slave.log)
 
     def test_what_is_too_large_for_the_server_is_not_published_and_reported(self):
         small = self.out / "small.conf"

@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 """deploy/install.sh with stand-ins for apt-get and sudo: its messages where it cannot install, and the password prompt
-of sudo."""
+of sudo. Messages of deploy/certs and deploy/build.sh."""
 import fcntl
 import os
 import pathlib
@@ -13,7 +13,7 @@ import time
 import unittest
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "e2e"))
-from programs import PATIENCE, ROOT
+from programs import BARE, PATIENCE, ROOT, run
 
 INSTALL = ROOT / "deploy/install.sh"
 QUESTION = b"[sudo] password for ada: "
@@ -119,6 +119,26 @@ class Install(unittest.TestCase):
             pass
         self.assertEqual(process.wait(timeout=PATIENCE), 0, printed)
         self.assertRegex(printed, rb"install: \d+ packages and their dependencies, in \d+ s")
+
+
+class Scripts(unittest.TestCase):
+    def test_a_ca_whose_making_was_interrupted_is_made_again(self):
+        folder = pathlib.Path(self.enterContext(tempfile.TemporaryDirectory()))
+        interrupted = folder / "openssl"
+        interrupted.write_text("#!/bin/sh\nwhile [ $# -gt 0 ]; do [ \"$1\" = -keyout ] && : >\"$2\"; shift; done\nkill -KILL 0\n")
+        interrupted.chmod(0o700)
+        command = [ROOT / "deploy/certs", "ca", folder / "ca"]
+        killed = run(*command, env={**BARE, "PATH": f"{folder}:{BARE['PATH']}"}, start_new_session=True)
+        self.assertLess(killed.returncode, 0)
+        again = run(*command)
+        self.assertEqual(again.returncode, 0, again.stderr)
+        self.assertIn("exists", run(*command).stderr)
+
+    def test_a_build_without_an_argument_prints_its_usage(self):
+        done = run(ROOT / "deploy/build.sh")
+        self.assertEqual(done.returncode, 2)
+        self.assertIn("build.sh", done.stderr)
+        self.assertNotIn("unbound", done.stderr)
 
 
 if __name__ == "__main__":

@@ -18,7 +18,6 @@
 #include <spdlog/spdlog.h>
 
 #include "shared/link/loopback.h"
-#include "shared/metrics/metrics_page.h"
 #include "shared/nats/nats_connection.h"
 #include "shared/program/program.h"
 #include "shared/text/text.h"
@@ -29,7 +28,6 @@
 #include "slave/live/live_slave.h"
 #include "slave/recording/sense_recording.h"
 #include "slave/service/server.h"
-#include "slave/service/slave_metrics.h"
 
 namespace palpate {
 namespace {
@@ -167,17 +165,6 @@ void TakePlace(std::unique_ptr<LiveSlave> former, const std::filesystem::path& s
   Introduce(next->Describe());
 }
 
-Metrics MetricsOf(const Slave& slave, const Server& server) {
-  Metrics metrics = MetricsOf(slave.Status(), server.connections());
-  for (Metric& metric : MetricsOfThisProcess()) metrics.push_back(std::move(metric));
-  metrics.push_back(
-      {"palpate_slave_info",
-       "Version of the slave.",
-       Metric::Type::kGauge,
-       {{Label("version", Version()) + "," + Label("scene", slave.Describe().scene.name), 1}}});
-  return metrics;
-}
-
 }  // namespace
 
 int RunServe(const ServeOptions& options, StopOnSignal& signals) {
@@ -187,7 +174,6 @@ int RunServe(const ServeOptions& options, StopOnSignal& signals) {
   CheckSetup(options);
   const bool plain = options.tls.empty();
   RequireLoopbackUnless(options.insecure || !plain, ParseEndpoint(options.listen));
-  if (!options.metrics.empty()) MetricsEndpoint(options.metrics, options.insecure);
   std::optional<NatsServer> nats;
   if (!options.publish.empty())
     nats = ParseNatsServer(options.publish, options.insecure, options.tls);
@@ -201,17 +187,12 @@ int RunServe(const ServeOptions& options, StopOnSignal& signals) {
   std::optional<SetupSession> setup;
   std::unique_ptr<LiveSlave> slave =
       options.setup.empty() ? OpenScene(options, stop, &recording) : OpenSetup(options, &setup);
-  std::string listen = options.listen, metrics_at = options.metrics;
+  std::string listen = options.listen;
   for (bool is_first = true;; is_first = false) {
     std::optional<Server> server(std::in_place, *slave, listen, options.insecure, options.tls);
-    std::optional<MetricsPage> metrics;
-    if (!metrics_at.empty())
-      metrics.emplace(metrics_at, options.insecure, [&] { return MetricsOf(*slave, *server); });
-    if (metrics) spdlog::info("metrics at http://{}/metrics", ToString(metrics->endpoint()));
     malloc_trim(0);  // frees memory that only the start needed
     // After another scene the port is the same, and clients connect to it again.
     listen = server->address();
-    if (metrics) metrics_at = ToString(metrics->endpoint());
     if (is_first) fmt::print("listening on {}\n", listen);
     std::fflush(stdout);
     signals.OnEmergency([&slave] { slave->EmergencyStop("by SIGUSR1"); });
@@ -228,7 +209,6 @@ int RunServe(const ServeOptions& options, StopOnSignal& signals) {
       server->Stop();
       return 0;
     }
-    metrics.reset();
     server->Stop(kAnswers);
     server.reset();
     TakePlace(std::exchange(slave, nullptr), options.state_dir, next.get());

@@ -16,7 +16,6 @@ struct ServeOptions {
   bool insecure = false;
   std::filesystem::path tls;        // the folder of our certificate; empty: plain text
   std::filesystem::path state_dir;  // folder that keeps an emergency stop; empty: none
-  std::string metrics;              // HOST:PORT that serves metrics; empty: none
   std::string publish;              // URL of a NATS server; empty: none
   std::filesystem::path record;     // FILE.mcap, to process again; empty: none
   std::string record_limit = "8 GB";

@@ -29,7 +29,7 @@ TEST(EnumsTest, EveryEventKeepsItsName) {
   EXPECT_EQ(v1::Event_Name(ToProto(Event::kCommandRefused)), "EVENT_COMMAND_REFUSED");
 }
 
-// Tables, CSV files and metrics use one name for a value.
+// Tables and CSV files use one name for a value.
 TEST(EnumsTest, EveryNameIsThatOfTheProtocol) {
   for (int i = 1; i < v1::Validity_descriptor()->value_count(); ++i) {
     const auto& value = *v1::Validity_descriptor()->value(i);
