@@ -1,5 +1,9 @@
 #include "slave/program/plain_modulus.h"
 
+#include <algorithm>
+#include <cmath>
+#include <iterator>
+
 #include <fmt/format.h>
 
 namespace palpate {
@@ -7,30 +11,42 @@ namespace {
 
 constexpr double kGravity = 9.81;  // [m/s^2]
 
-struct Familiar {
-  double below;  // Young's modulus [Pa]
-  const char* thing;
+struct Known {
+  double young_modulus;  // [Pa]
+  const char* material;
 };
-// [paper: Young's moduli of tissues and elastomers in common tables; orders of magnitude]
-constexpr Familiar kFamiliar[] = {
-    {2e3, "jelly that hardly stands"},
-    {1e4, "jelly, or the liver of an animal"},
-    {4e4, "a marshmallow, or a relaxed muscle"},
-    {2e5, "a gummy bear"},
-    {1e6, "a soft eraser"},
-    {5e6, "a rubber band"},
-    {5e7, "the sole of a shoe"},
-    {1e9, "a plastic bag"},
-    {1e10, "a plastic ruler"},
+// Sources: brain, Budday et al. 2015; liver, Roulot et al. 2008; breast, fat and gland, Krouskop
+// et al. 1998; Shore 00, deploy/scenes/materials.md; Shore A, equation of Gent 1958; the rest,
+// common tables of materials.
+constexpr Known kKnown[] = {
+    {1.4e3, "brain tissue"},
+    {5.5e3, "healthy liver"},
+    {23e3, "breast tissue"},
+    {54e3, "silicone of Shore 00-10"},
+    {97e3, "silicone of Shore 00-30"},
+    {153e3, "silicone of Shore 00-50"},
+    {0.41e6, "rubber of Shore A 10"},
+    {1.15e6, "rubber of Shore A 30"},
+    {2.47e6, "rubber of Shore A 50"},
+    {5.5e6, "rubber of Shore A 70"},
+    {21e6, "rubber of Shore A 90"},
+    {0.2e9, "low-density polyethylene"},
+    {3e9, "acrylic glass"},
+    {17e9, "cortical bone"},
+    {70e9, "glass"},
+    {200e9, "steel"},
 };
 
 }  // namespace
 
 std::string StiffAs(double young_modulus) {
-  for (const auto& [below, thing] : kFamiliar) {
-    if (young_modulus < below) return thing;
-  }
-  return "stone or metal";
+  const auto off = [&](const Known& one) {
+    return std::abs(std::log(young_modulus / one.young_modulus));
+  };
+  return std::min_element(
+             std::begin(kKnown), std::end(kKnown),
+             [&](const Known& one, const Known& other) { return off(one) < off(other); })
+      ->material;
 }
 
 std::string ForceText(double newtons) {

@@ -4,7 +4,6 @@ import { test } from 'node:test';
 
 import { Body } from '../../master/station/page/body.js';
 import { drawField, visibleOf } from '../../master/station/page/field.js';
-import { forceSince, forcesIn } from '../../master/station/page/second_recording.js';
 import { Share } from '../../master/station/page/share.js';
 
 const state = (t, { sequence = Math.round(1000 * t), force = t, validity = 'VALID', touching = true, operator = 'FOLLOWING', run } = {}) => ({
@@ -93,18 +92,6 @@ test('the moment of a time is the newest before it, and nothing where it is long
   const { field, status, image } = share.momentAt(2.4);
   assert.deepEqual([field.t, status.t, image], [2, 2.2, null]);
   assert.equal(share.momentAt(9).field, null);
-});
-
-test('a second recording begins at its contact, from a shared file or a table', async () => {
-  const share = new Share();
-  for (let i = 0; i <= 100; ++i) share.takeStatus(state(10 + 0.1 * i, { force: Math.max(0, 0.1 * i - 2) }));
-  const shared = forcesIn(await share.file(null, 'x'));
-  assert.ok(Math.abs(shared.contact - 2.2) < 0.11, `${shared.contact}`);
-  assert.ok(Math.abs(forceSince(shared, 3) - (shared.contact + 3 - 2)) < 1e-6);
-  assert.equal(forceSince(shared, 30), null);
-  const table = forcesIn('sequence,t,force_x,force_y,force_z\n1,0,0,0,0\n2,1,,,\n3,2,0,3,4\n');
-  assert.deepEqual(table, { times: [0, 2], forces: [0, 5], contact: 2 });
-  assert.equal(forcesIn('nothing'), null);
 });
 
 test('contact, release, flags and stops are events; a flag that flutters is one', () => {

@@ -80,7 +80,7 @@ test("the silicone block's images, set up by clicks that are 2 px off, give the 
     await stage.shoot('setup-tool');
     await person.next();
 
-    await person.shows('setup-sentences', /88 mm wide and 88 mm high, .*9 mm thick.*as stiff as a gummy bear.*1 mm deep .* weight of \d+ g.*flat end, 5\.87 mm wide.*Held: the lower edge/s);
+    await person.shows('setup-sentences', /88 mm wide and 88 mm high, .*9 mm thick.*as stiff as silicone of Shore 00-50.*1 mm deep .* weight of \d+ g.*flat end, 5\.87 mm wide.*Held: the lower edge/s);
     assert.ok(!(await person.page.isEnabled('#setup-use')), 'used before it was confirmed');
     await stage.shoot('setup-check');
     await person.page.click('#setup-wrong');

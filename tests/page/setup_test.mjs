@@ -447,11 +447,11 @@ test('a tip without marks is predicted to be lost where the object is much brigh
 });
 
 test('the set-up is stated in sentences, each with its step', () => {
-  const { answers } = blockAnswers(0, edgeOf(BLOCK)), report = 'model     bem2d\nin words  rectangle 88 mm x 88 mm, 9 mm thick, about as stiff as a gummy bear; 1 mm deep the tool presses with 0.27 N, the weight of 28 g\n';
+  const { answers } = blockAnswers(0, edgeOf(BLOCK)), report = 'model     bem2d\nin words  rectangle 88 mm x 88 mm, 9 mm thick, about as stiff as silicone of Shore 00-50; 1 mm deep the tool presses with 0.27 N, the weight of 28 g\n';
   const words = sentencesOf(answers, report);
   assert.deepEqual(words.map(({ step }) => step), ['object', 'material', 'material', 'tool', 'held']);
   assert.equal(words[0].text, 'The object is 88 mm wide and 88 mm high, about as large as the palm of a hand, and 9 mm thick.');
-  assert.equal(words[1].text, 'It is about as stiff as a gummy bear.');
+  assert.equal(words[1].text, 'It is about as stiff as silicone of Shore 00-50.');
   assert.equal(words[2].text, '1 mm deep the tool presses with 0.27 N, the weight of 28 g.');
   assert.match(words[3].text, /flat end, 5\.87 mm wide, and reaches through the whole thickness of 9 mm/);
   assert.equal(words[4].text, 'Held: the lower edge.');

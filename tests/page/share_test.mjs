@@ -77,15 +77,6 @@ describe('a press in charts and in a shared file', () => {
     assert.deepEqual(stage.errors, []);
   });
 
-  test('a second recording is drawn in the chart of the force', async () => {
-    await stage.page.locator('#compare-file').setInputFiles(file);
-    await stage.shows('charts-second', /^dotted: share\.html$/);
-    await stage.sees('#strips .key.second');
-    await stage.shoot('share-compare');
-    await stage.page.locator('#compare').click();
-    await stage.sees('#strips .key.second', false);
-  });
-
   test('without a network it shows the forces that palpate.export finds in the recording', async () => {
     const browser = stage.context.browser(), context = await browser.newContext({ offline: true }), page = await context.newPage(), errors = [], requests = [];
     page.on('pageerror', (error) => errors.push(String(error)));

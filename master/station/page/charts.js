@@ -1,10 +1,8 @@
 // Charts of the last ten seconds, drawn by uPlot if it was built in.
 import { save } from './save.js';
-import { forceSince } from './second_recording.js';
 import { figure, write } from './text.js';
 
 const TIP_AT = 14;  // column of the measured tip
-const SECOND = -1;  // marks the second recording in place of a column
 const SECONDS = 10, GAP_S = 0.15, ASK_AGAIN_MS = 1000, MIN_ZOOM_S = 0.05;
 const STEP = 0.01, LEAP = 0.1;  // steps of the cursor by a key, relative to the width of a chart
 const GRAM = 9.80665e-3;  // weight of one gram [N]
@@ -19,7 +17,6 @@ const STRIPS = [
     series: [
       ['rendered', 2, '--series-a', [5, 3]],
       ['sent', 3, '--series-b'],
-      ['second', SECOND, '--series-c', [2, 2]],
     ],
     factor: 1,
     zero: true,
@@ -90,7 +87,6 @@ export class Charts {
     this.stale = [];  // visible strips that must be drawn again, the last one first
     this.zoom = null;  // visible times, [from, to]; null: the last ten seconds
     this.events = [];
-    this.second = null;  // the result of forcesIn (second_recording.js)
   }
   // Loads uPlot. Without it the strips show a message.
   async load(isBuiltIn) {
@@ -321,17 +317,6 @@ export class Charts {
     plot.setCursor({ left: Math.min(width - 1, Math.max(0, from + step * (shiftKey ? LEAP : STEP) * width)), top: 1 });
     return true;
   }
-  // Draws the second recording from its first contact on, at each contact of this one. Null:
-  // removes it.
-  takeSecond(second) {
-    this.second = second;
-    this.host.classList.toggle('compared', Boolean(second));
-    this.stale = [...this.seen];
-  }
-  secondAt(t) {
-    const contact = this.second && this.events.findLast((event) => event.name === 'contact' && event.t <= t);
-    return contact ? forceSince(this.second, t - contact.t) : null;
-  }
   columns(strip) {
     const t = this.shown.map((sample) => sample[1]);
     this.first ??= this.shown.find((sample) => Number.isFinite(sample[TIP_AT]));
@@ -339,11 +324,9 @@ export class Charts {
     return [
       t,
       ...strip.series.map(([, column]) =>
-        column === SECOND
-          ? t.map((at) => this.secondAt(at))
-          : this.shown.map((sample) =>
-              sample[column] === undefined || sample[column] === null ? null : (sample[column] - from(column)) * strip.factor,
-            ),
+        this.shown.map((sample) =>
+          sample[column] === undefined || sample[column] === null ? null : (sample[column] - from(column)) * strip.factor,
+        ),
       ),
     ];
   }

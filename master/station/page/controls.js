@@ -1,6 +1,5 @@
 // Buttons, keys, forms and tabs. No dialog ever covers the stop button.
 import { keep, kept, saveImage } from './save.js';
-import { forcesIn } from './second_recording.js';
 import { minutes, write } from './text.js';
 
 const byId = (id) => document.getElementById(id);
@@ -16,11 +15,9 @@ const pressesFocused = ({ target, key }) =>
 const isUnfocused = ({ target }) => target === document.body || target.closest('#view') !== null;
 
 export class Controls {
-  constructor({ link, view, imagePanel, pointer, charts, sound, replay, alarms, onTheme, onShare }) {
-    Object.assign(this, { link, view, imagePanel, pointer, charts, sound, replay, alarms, onTheme, status: null });
+  constructor({ link, view, imagePanel, pointer, charts, replay, alarms, onTheme, onShare }) {
+    Object.assign(this, { link, view, imagePanel, pointer, charts, replay, alarms, onTheme, status: null });
     byId('share').addEventListener('click', onShare);
-    byId('compare').addEventListener('click', () => this.compare());
-    byId('compare-file').addEventListener('change', () => this.takeSecond());
     byId('stop').addEventListener('click', () => this.stop());
     byId('reset').addEventListener('click', () => this.reset());
     byId('letters').addEventListener('change', () => keep('letters', byId('letters').checked ? 'on' : 'off'));
@@ -154,7 +151,6 @@ export class Controls {
       d: () => this.charts.download(),
       i: () => saveImage(this.view),
       o: () => this.charts.toggleStrips(),
-      s: () => this.sound.toggle(),
       t: () => this.toggleTheme(),
       a: () => this.show('alarms'),
       g: () => this.show('health'),
@@ -175,23 +171,6 @@ export class Controls {
     const isPaused = Boolean(this.charts.frozen);
     byId('pause').setAttribute('aria-pressed', String(isPaused));
     byId('charts-aside').textContent = isPaused ? 'paused' : '';
-  }
-  // Opens a second recording in the force chart, or closes it.
-  compare() {
-    if (!this.charts.second) return byId('compare-file').click();
-    byId('compare-file').value = '';
-    this.showSecond(null, '');
-  }
-  async takeSecond() {
-    const [file] = byId('compare-file').files;
-    if (!file) return;
-    const second = forcesIn(await file.text());
-    this.showSecond(second, second ? `dotted: ${file.name}` : `${file.name} has no forces: choose a shared file, or states.csv of palpate.export`);
-  }
-  showSecond(second, words) {
-    this.charts.takeSecond(second);
-    byId('compare').setAttribute('aria-pressed', String(Boolean(second)));
-    write(byId('charts-second'), words);
   }
   show(panel) {
     for (const tab of document.querySelectorAll('[role=tab]')) {

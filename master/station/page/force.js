@@ -17,7 +17,7 @@ const byId = (id) => document.getElementById(id);
 // Without a manipulator nothing is rendered; then the page shows the force of the object on the
 // tool, frame S. NaN: it is unknown.
 const observedForce = ({ link, slave_state: state }) => (link.observes && state?.force ? xyz(state.force) : null);
-export const shownForce = (status) => observedForce(status) || (status.link.observes ? [NaN, NaN, NaN] : status.chain.sent);
+const shownForce = (status) => observedForce(status) || (status.link.observes ? [NaN, NaN, NaN] : status.chain.sent);
 
 export class ForcePanel {
   constructor() {

@@ -3,7 +3,7 @@ import { AlarmPanel, alarmsOf } from './alarms.js';
 import { Charts } from './charts.js';
 import { ColourScale } from './colours.js';
 import { Controls } from './controls.js';
-import { ForcePanel, shownForce } from './force.js';
+import { ForcePanel } from './force.js';
 import { showHealth } from './health.js';
 import { Link, fieldOf, fieldTopologyOf } from './link.js';
 import { Pace } from './pace.js';
@@ -13,9 +13,8 @@ import { ReplayBar } from './replay.js';
 import { Scales, mappingOf } from './scales.js';
 import { Setup } from './setup.js';
 import { Share } from './share.js';
-import { Sound } from './sound.js';
 import { View } from './view.js';
-import { STATES, fixed, isTouching, ms, norm, unconnected, write } from './text.js';
+import { STATES, fixed, ms, unconnected, write } from './text.js';
 
 const byId = (id) => document.getElementById(id);
 const MARK = { bad: '■', warn: '▲', idle: '●', ok: '✓', off: '○' };
@@ -29,8 +28,7 @@ const view = new View(link, colourScale),
   imagePanel = new ImagePanel(link, colourScale),
   force = new ForcePanel(),
   charts = new Charts(),
-  alarms = new AlarmPanel(),
-  sound = new Sound();
+  alarms = new AlarmPanel();
 const pointer = new Pointer(link, view, mapping),
   replay = new ReplayBar(link),
   scales = new Scales(link, view.host),
@@ -38,7 +36,7 @@ const pointer = new Pointer(link, view, mapping),
   share = new Share();
 let controls = null, changed = true;
 byId('not-started').remove();
-controls = new Controls({ link, view, imagePanel, pointer, charts, sound, replay, alarms, onTheme, onShare });
+controls = new Controls({ link, view, imagePanel, pointer, charts, replay, alarms, onTheme, onShare });
 
 // While the charts pause, image and object show the time of the cursor.
 charts.onCursor = (t) => {
@@ -116,7 +114,6 @@ const handlers = {
     charts.takeEvents(share.events);
     if (charts.asksPast(performance.now())) link.send({ do: 'past' });
     replay.show(message);
-    sound.show((norm(shownForce(message)) || 0) / (message.force_limit || 1), isTouching(message));
   },
   image(message) {
     imagePanel.take(message);
@@ -171,12 +168,11 @@ function showLink(lost) {
   showState();
 }
 
-// Without messages of the master the page shows no value and plays no tone.
+// Without messages of the master the page shows no value.
 function forget() {
   latest.status = null;
   force.forget();
   view.forget();
-  sound.show(0, false);
   byId('record').hidden = true;
 }
 

@@ -107,7 +107,7 @@ const ASKED = {
       found.push({
         wrong: 'material.modulus',
         text: `Young's modulus would be ${digits(kPa(modulus))} kPa. Is that right? Soft objects have ${SOFT_KPA} to ` +
-          `${STIFF_KPA} kPa, a gummy bear about 100 kPa: check whether the number is in kPa, Pa or MPa.`,
+          `${STIFF_KPA} kPa, silicone of Shore 00-30 about 100 kPa: check whether the number is in kPa, Pa or MPa.`,
       });
     }
     if (nu < MIN_POISSON)

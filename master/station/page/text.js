@@ -33,8 +33,6 @@ export const minutes = (seconds, digits = 0) => {
   const whole = Number(seconds.toFixed(digits));
   return `${Math.floor(whole / 60)}:${(whole % 60).toFixed(digits).padStart(digits ? 3 + digits : 2, '0')}`;
 };
-export const isTouching = ({ fingers, slave_state: state }) =>
-  Boolean(state?.local_model?.in_contact) || fingers.some((finger) => finger.in_contact);
 // `unconnected` returns what the page is not connected to, from the messages `hello` and `status`
 // and the reason of a lost master.
 const STAND_INS = { 'sim-hand': 'a simulated operator leads', playback: 'a recorded motion leads', pointer: 'mouse, keys, touch or gamepad lead' };

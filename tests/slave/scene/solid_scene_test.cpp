@@ -71,7 +71,8 @@ TEST(SolidSceneTest, ANamedMaterialGivesWhatItsRowStates) {
   EXPECT_DOUBLE_EQ(own.poisson_ratio, 0.499);
   EXPECT_EQ(own.young_modulus_tolerance, 0) << "that of the table is of its own modulus";
   EXPECT_THAT(SolidMistakes(scene_with("{name: ecoflex-00-30}")), HasSubstr("poisson_ratio"));
-  EXPECT_THAT(SolidMistakes(scene_with("{name: jelly}")), HasSubstr("expected dragon-skin-10, "));
+  EXPECT_THAT(SolidMistakes(scene_with("{name: gelatine}")),
+              HasSubstr("expected dragon-skin-10, "));
 }
 
 TEST(SolidSceneTest, OptionsWithoutEffectAreRefused) {
