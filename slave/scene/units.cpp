@@ -60,10 +60,10 @@ constexpr std::array kUnits{
 };
 
 // In the order of Dimension.
-constexpr std::array kNames{"a number", "a length",        "a pressure",         "a force",
-                            "a time",   "a frequency",     "an angle",           "a density",
-                            "a rate",   "a speed",         "a number of pixels", "a tension",
-                            "a volume", "an angular speed"};
+constexpr std::array kNames{"a number",        "a length",           "a pressure", "a force",
+                            "a time",          "a frequency",        "an angle",   "a density",
+                            "a speed",         "a number of pixels", "a tension",  "a volume",
+                            "an angular speed"};
 
 // Reads a number from the front of `text`, also with a leading plus, which from_chars does not
 // accept.

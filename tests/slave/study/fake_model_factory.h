@@ -58,17 +58,17 @@ struct Scenario {
   }
 };
 
-// A square of 60 mm, pressed by a tool of 4 mm at the centre of its top. Contacts are frictionless
-// and a side is fixed in one component, so that no finite-element reference is solved besides the
-// models.
+// A square of 60 mm, pressed by a tool of 4 mm at the centre of its top. Its back faces the camera,
+// a pose for which no finite-element reference is solved besides the models.
 inline Scene Square() {
   Scene scene;
   scene.name = "square <&> \"quoted\", with a comma";
   scene.object.geometry = RectangleGeometry{0.06, 0.06, 0.01};
   scene.object.material.young_modulus = 1e5;
   scene.object.material.poisson_ratio = 0.4;
-  scene.object.fixed = {{FixedSide{"bottom"}, {true, true, true}},
-                        {FixedSide{"left"}, {true, false, true}}};
+  scene.object.fixed = {{FixedSide{"bottom"}}, {FixedSide{"left"}}};
+  scene.object.X_SO.linear().diagonal() << -1, 1, -1;
+  scene.object.X_SO.translation() << 0.06, 0, 0;
   scene.tool = Tool{.width = 0.004, .depth = std::numeric_limits<double>::infinity()};
   scene.model.contact = ContactLaw::kFrictionless;
   scene.model.elements = 60;

@@ -36,6 +36,7 @@ const StudyRow& RowOf(const StudyResult& study, const std::string& family,
 
 TEST(QuestionTest, PlanarObjectsArePressedWhereTheToolComesFrom) {
   Scene scene = fake::Square();
+  scene.object.X_SO.setIdentity();
   PressSpec question = AskedOf(scene);
   ASSERT_EQ(question.presses.size(), 1U);
   EXPECT_TRUE(question.presses[0].p_O.isApprox(Eigen::Vector3d(0.03, 0.06, 0)));
@@ -64,6 +65,7 @@ TEST(QuestionTest, VolumesArePressedOppositeToWhatIsHeld) {
 
 TEST(QuestionTest, MembranesArePressedBelowHome) {
   Scene scene = fake::Square();
+  scene.object.X_SO.setIdentity();
   scene.object.geometry = MembraneGeometry{0.038, 0.001};
   scene.manipulator.home = {0.01, -0.02, 0.005};
   const PressSpec question = AskedOf(scene);
