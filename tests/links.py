@@ -112,7 +112,7 @@ def name_error(blocks, name):
         return None if option in words() or any(option in known for known in options().values()) else "no such option"
     if re.match(r"(serve|process|solve|check|study|precompute|identify|evaluate|verify|calibrate|train|keys|health) ", name):
         return command_error("palpate-slave " + name)
-    if re.match(r"(connect|replay|doctor|evict|devices|watch) ", name):
+    if re.match(r"(connect|replay|doctor|evict|devices) ", name):
         return command_error("palpate-master " + name)
     if PROGRAM.match(name):
         return command_error(name)

@@ -5,7 +5,7 @@ set -euo pipefail
 cd "$(dirname "$0")/.."
 
 command -v npm >/dev/null || { echo "npm.sh: no npm (deploy/install.sh tests)" >&2; exit 77; }
-for from in tests/page tests/e2e/recordings deploy/examples; do
+for from in tests/page tests/e2e/recordings; do
   to=build/npm/${from##*/}
   cmp -s "$from/package.json" "$to/installed.json" && continue
   mkdir -p "$to"

@@ -264,7 +264,7 @@ std::vector<std::uint32_t> RimOf(const SurfaceMesh& surface) {
 
 MeshFile ReadMesh(const MeshFileGeometry& geometry) {
   if (!geometry.given) return ReadMeshFile(geometry.file, geometry.unit);
-  MeshFile read{*geometry.given, {}, {}, {}};
+  MeshFile read{*geometry.given, {}, {}};
   std::visit(
       [&](auto& mesh) {
         for (Vector3d& node : mesh.nodes) node *= geometry.unit;

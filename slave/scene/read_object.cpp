@@ -115,9 +115,9 @@ double ReadUnit(Section& geometry) {
 // `mesh`, `unit` and `resolution` are side by side in `geometry`.
 MeshFileGeometry ReadMeshFile(Section& geometry, const SceneContext& context) {
   const std::string accepted =
-      "a file that can be read: .veg .node .ele .msh, or a surface .stl .ply; other formats are "
+      "a file that can be read: .node .ele .msh, or a surface .stl .ply; other formats are "
       "converted by meshio";
-  constexpr std::array kEndings{".veg", ".node", ".ele", ".msh", ".stl", ".ply"};
+  constexpr std::array kEndings{".node", ".ele", ".msh", ".stl", ".ply"};
   const std::string name = geometry.Text("mesh", accepted);
   MeshFileGeometry mesh{context.folder / name, ReadUnit(geometry), geometry.Number("resolution")};
   if (name.empty()) return mesh;

@@ -27,12 +27,6 @@ Vector3d AddMesh(const MeshFileGeometry& geometry, Remarks* remarks) {
   };
   for (const auto& remark : file.remarks) add(remark);
   for (const auto& warning : report.warnings) add(warning);
-  if (file.material) {
-    add(fmt::format(
-        "its material (E = {:.4g} Pa, nu = {:g}, {:g} kg/m^3) is not used; the scene's "
-        "material is",
-        file.material->young_modulus, file.material->poisson_ratio, file.material->density));
-  }
   return report.high_O - report.low_O;
 }
 

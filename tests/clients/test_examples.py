@@ -1,6 +1,6 @@
 """Runs every example of deploy/examples against a real slave, and tests the further functions of the client libraries.
 
-  test_examples.py Python|Cpp|Node    needs PALPATE_BIN; Cpp PALPATE_TEST_OUTPUT and PALPATE_BUILD
+  test_examples.py Python|Cpp    needs PALPATE_BIN; Cpp PALPATE_TEST_OUTPUT and PALPATE_BUILD
 """
 import contextlib
 import gc
@@ -621,25 +621,6 @@ class Cpp(Examples):
         with Slave(BLOCK) as slave, script_operator(slave.address) as command:
             first, second = int(command("idle 200")), int(command("idle 400"))
         self.assertLess(second - first, 50_000)
-
-
-class Node(Examples):
-    @classmethod
-    def setUpClass(cls):
-        cls.node, packages = shutil.which("node"), ROOT / "build/npm/examples/node_modules"
-        if not (cls.node and (packages / "@grpc/grpc-js").is_dir()):
-            skip("no node or no @grpc/grpc-js (tests/npm.sh)")
-        cls.environment = {**BARE, "NODE_PATH": str(packages)}
-
-    def command(self, name):
-        return self.node, EXAMPLES / f"{name}.js"
-
-    def test_watching(self):
-        with Slave() as slave:
-            self.assertIn("100 states, ", self.run_example("watch", slave.address))
-
-    def test_cut_link(self):
-        self.check_cut_link(["watch"])
 
 
 if __name__ == "__main__":

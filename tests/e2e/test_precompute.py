@@ -1,4 +1,4 @@
-"""palpate-slave precompute: shards, one of which is killed, produce the same cache as one run; the slave reads it;
+"""palpate-slave precompute: a run that is killed and repeated produces the same cache as one run; the slave reads it;
 errors are reported."""
 import re
 import shutil
@@ -28,11 +28,11 @@ class Precompute(FolderTest):
     def command(self, cache, *options):
         return [SLAVE, "precompute", self.scene, "--override", f"model.cache={cache}", *options]
 
-    def compute(self, cache, shard="1/1"):
+    def compute(self, cache):
         """Runs precompute. Returns the number of computed groups of columns and their total."""
-        done = run(*self.command(cache, "--shard", shard), env=ENVIRONMENT)
+        done = run(*self.command(cache), env=ENVIRONMENT)
         self.assertEqual(done.returncode, 0, done.stderr)
-        printed = re.search(rf"shard {shard}: (\d+) of (\d+) groups computed", done.stdout)
+        printed = re.search(r"fem-green: (\d+) of (\d+) groups computed", done.stdout)
         self.assertTrue(printed, done.stdout)
         return tuple(map(int, printed.groups()))
 
@@ -41,9 +41,9 @@ class Precompute(FolderTest):
         """Returns the complete files of a cache with their contents."""
         return {file.relative_to(cache): file.read_bytes() for file in cache.rglob("*") if file.is_file() and file.suffix != ".part"}
 
-    def kill(self, cache, shard):
-        """Kills the shard after it has finished some groups."""
-        process = subprocess.Popen(self.command(cache, "--shard", shard), stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL,
+    def kill(self, cache):
+        """Kills a run after it has finished some groups."""
+        process = subprocess.Popen(self.command(cache), stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL,
                                    stderr=subprocess.DEVNULL, env=ENVIRONMENT)
         end = time.monotonic() + PATIENCE
         while len(list(cache.rglob("*.col"))) < 3 and process.poll() is None and time.monotonic() < end:
@@ -52,18 +52,16 @@ class Precompute(FolderTest):
         self.assertEqual(process.wait(), -signal.SIGKILL, "it was faster than this test")
 
     # Reference: the cache of one run, byte by byte.
-    def test_four_shards_of_which_one_is_killed_and_repeated_are_the_cache_of_one_run(self):
+    def test_a_run_that_is_killed_and_repeated_is_the_cache_of_one_run(self):
         self.scene.write_text(box("fem-green", (12, 12, 12)))
-        whole, shards = self.out / "whole", self.out / "shards"
+        whole, resumed = self.out / "whole", self.out / "resumed"
         computed, groups = self.compute(whole)
         self.assertEqual(computed, groups)
-        self.kill(shards, "2/4")
-        kept = len(list(shards.rglob("*.col")))
-        parts = [self.compute(shards, f"{index}/4") for index in (1, 2, 3, 4)]
-        self.assertEqual(sum(part for _, part in parts), groups)
-        self.assertEqual([part - done for done, part in parts], [0, kept, 0, 0])
-        self.assertEqual(self.contents(shards), self.contents(whole))
-        self.assertEqual(self.compute(shards, "3/7")[0], 0, "any other division finds them")
+        self.kill(resumed)
+        kept = len(list(resumed.rglob("*.col")))
+        self.assertEqual(self.compute(resumed), (groups - kept, groups))
+        self.assertEqual(self.contents(resumed), self.contents(whole))
+        self.assertEqual(self.compute(resumed), (0, groups))
 
     # A group that the slave reads is computed again if it is damaged; one that is whole is not touched.
     def test_serve_reads_the_cache(self):
@@ -97,8 +95,6 @@ class Precompute(FolderTest):
         self.refuse(2, "model.kind = fem: expected fem-green",
                     SLAVE, "precompute", self.scene, "--override", "model.kind=fem")
         self.refuse(2, "model.cache: expected a folder", SLAVE, "precompute", self.scene)
-        for wrong in ("0/8", "9/8", "1", "a/b"):
-            self.refuse(2, "expected i/n with 1 <= i <= n", *self.command(cache, "--shard", wrong))
         self.refuse(2, "fem-green needs a fixed body",
                     *self.command(cache, "--override", "object.fixed={nodes: [0]}"))
         self.assertFalse(cache.exists())

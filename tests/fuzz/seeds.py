@@ -79,9 +79,7 @@ def meshes(folder):
     write(folder, "mesh", "4.msh", "$MeshFormat\n4.1 0 8\n$EndMeshFormat\n"
           f"$Nodes\n1 4 1 4\n3 1 0 4\n1\n2\n3\n4\n{lines(NODES)}$EndNodes\n"
           "$Elements\n1 1 1 1\n3 1 4 1\n1 1 2 3 4\n$EndElements\n", 2)
-    write(folder, "mesh", "a.veg", f"*VERTICES\n4 3 0 0\n{numbered(NODES)}*ELEMENTS\nTET\n1 4 0\n1 1 2 3 4\n"
-          "*MATERIAL A\nENU, 1000, 1e5, 0.45\n*REGION\nallElements, A\n", 3)
-    write(folder, "mesh", "a.node", f"4 3 0 0\n{numbered(NODES)}%%\n1 4 0\n1 1 2 3 4\n", 4)
+    write(folder, "mesh", "a.node", f"4 3 0 0\n{numbered(NODES)}%%\n1 4 0\n1 1 2 3 4\n", 3)
     dictionary(folder, "mesh", strings_of("slave/mesh/files/*.cpp") | {"%%\n", "1e308", "2147483647", "-1"})
 
 

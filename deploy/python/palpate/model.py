@@ -17,7 +17,7 @@ from palpate import _core
 Array = NDArray[np.float64]
 Where = Union[Mapping[str, Any], Sequence[Mapping[str, Any]], ArrayLike, Callable[[Array], ArrayLike]]
 VALIDITIES = np.array(["valid", "extrapolated", "punctured", "stale", "tracking_lost", "failed"])
-READ_BY_PALPATE = (".veg", ".node", ".ele", ".msh", ".stl", ".ply")
+READ_BY_PALPATE = (".node", ".ele", ".msh", ".stl", ".ply")
 
 
 class ForceWarning(UserWarning):
@@ -55,7 +55,7 @@ class Model:
     mesh           The body, in metres (see `unit`), frame O. One of:
                    (nodes, elements): arrays (n, 3) and (m, 4), tetrahedra; or (m, 3), the triangles of a closed surface,
                    which Gmsh or TetGen fills (Debian package `gmsh`). Node numbers begin at 0;
-                   a file .msh, .veg, .node, .stl or .ply, with meshio also any that it reads;
+                   a file .msh, .node, .stl or .ply, with meshio also any that it reads;
                    an object of trimesh or meshio;
                    an array (n, 2), the outline of a plane body, with `thickness`;
                    a dict as `object.geometry` of a scene: {"box": {"size": [0.1, 0.1, 0.05], "cells": [8, 8, 4]}},

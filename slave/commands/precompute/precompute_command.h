@@ -1,5 +1,4 @@
-// `palpate-slave precompute`: fills the cache of Green's functions (`model.cache`) of `fem-green`
-// whole or in shards.
+// `palpate-slave precompute`: fills the cache of Green's functions (`model.cache`) of `fem-green`.
 #pragma once
 
 #include <filesystem>
@@ -12,12 +11,11 @@ namespace palpate {
 struct PrecomputeOptions {
   std::filesystem::path scene;
   std::vector<std::string> overrides;  // key.path=value
-  std::string shard = "1/1";           // i/n: every n-th group of columns from the i-th on
 };
 
-// Groups in the cache are not computed again unless they are damaged. Several processes may fill
-// one folder. Returns 0. Throws SceneError; std::invalid_argument: another kind of model, no cache,
-// a body that is not held; std::runtime_error: the cache cannot be written; Interrupted.
+// Groups in the cache are not computed again unless they are damaged. Returns 0. Throws SceneError;
+// std::invalid_argument: another kind of model, no cache, a body that is not held;
+// std::runtime_error: the cache cannot be written; Interrupted.
 int RunPrecompute(const PrecomputeOptions& options, const std::stop_token& stop);
 
 }  // namespace palpate

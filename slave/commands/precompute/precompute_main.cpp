@@ -8,14 +8,10 @@ namespace {
 
 constexpr const char* kPrecomputeExamples = R"(Examples:
   palpate-slave precompute organ.yaml
-  palpate-slave precompute organ.yaml --shard 3/8
-  palpate-slave precompute organ.yaml --shard 3/8 --override model.cache=/shared/green)";
+  palpate-slave precompute organ.yaml --override model.cache=/shared/green)";
 
 void AddPrecomputeOptions(CLI::App* command, PrecomputeOptions* options) {
   AddSceneOptions(command, &options->scene, &options->overrides);
-  Add(command, "--shard", &options->shard, "I/N",
-      "Compute only part I of N of the columns; run again, it continues")
-      ->capture_default_str();
 }
 
 }  // namespace

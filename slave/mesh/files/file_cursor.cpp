@@ -27,7 +27,6 @@ std::string WholeNumber(std::int64_t low, std::int64_t high) {
   return "a whole number from " + std::to_string(low) + " to " + std::to_string(high);
 }
 
-constexpr std::size_t kDeepest = 8;  // largest depth of nested include files
 constexpr std::string_view kBetween = " \t,\r\f\v";
 
 std::vector<std::string_view> Split(std::string_view line) {
@@ -142,42 +141,14 @@ void FileCursor::RequireRoom(const char* what, std::size_t count, std::size_t by
          "at most " + std::to_string(room) + ", what the rest of the file has room for");
 }
 
-MeshRowReader::MeshRowReader(const std::filesystem::path& file) {
-  files_.push_back(std::make_unique<FileCursor>(file));
-}
-
-void MeshRowReader::Include(const std::string& name) {
-  if (files_.size() >= kDeepest) {
-    Refuse("*INCLUDE " + Quoted(name), std::to_string(kDeepest) + " files inside each other");
-  }
-  const std::filesystem::path file = files_.back()->file().parent_path() / name;
-  std::error_code error;
-  if (!std::filesystem::is_regular_file(file, error)) {
-    Refuse("*INCLUDE " + Quoted(name) + " cannot be read", "a file beside this one");
-  }
-  files_.push_back(std::make_unique<FileCursor>(file));
-}
-
 bool MeshRowReader::Next() {
-  if (again_) {
-    again_ = false;
-    return true;
-  }
   std::string_view line;
-  for (;;) {
-    if (!files_.back()->NextLine(&line)) {
-      fields_.clear();
-      if (files_.size() == 1) return false;
-      files_.pop_back();
-      continue;
-    }
+  while (file_.NextLine(&line)) {
     fields_ = Split(line);
-    if (fields_.empty()) continue;
-    if (fields_[0] != "*INCLUDE") return true;
-    if (fields_.size() < 2) Refuse("*INCLUDE", "the name of a file after it");
-    line = Trimmed(line.substr(0, line.find('#')));  // a name may contain blanks
-    Include(std::string(Trimmed(line.substr(fields_[0].size()))));
+    if (!fields_.empty()) return true;
   }
+  fields_.clear();
+  return false;
 }
 
 void MeshRowReader::Require(const char* what, std::size_t least) {

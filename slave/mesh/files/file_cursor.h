@@ -10,7 +10,6 @@
 #include <cstdint>
 #include <cstring>
 #include <filesystem>
-#include <memory>
 #include <string>
 #include <string_view>
 #include <utility>
@@ -126,32 +125,27 @@ class FileCursor : public SourcePlace {
 };
 
 // A text file of rows: fields between blanks or commas, comments from `#` to the end of the line,
-// empty lines are skipped, *INCLUDE lines are replaced by the rows of the named file.
+// empty lines are skipped.
 class MeshRowReader : public SourcePlace {
  public:
-  // Throws std::invalid_argument: a file cannot be read, files that include each other endlessly.
-  explicit MeshRowReader(const std::filesystem::path& file);
+  // Throws std::invalid_argument: the file cannot be read.
+  explicit MeshRowReader(const std::filesystem::path& file) : file_(file) {}
 
   // Moves to the next row; returns false if there is none.
   bool Next();
   // Moves to the next row, which must exist with at least `least` fields; `what` is the expected
   // item.
   void Require(const char* what, std::size_t least);
-  // Makes the next call of Next return the present row again.
-  void Back() { again_ = true; }
 
   [[nodiscard]] const std::vector<std::string_view>& fields() const { return fields_; }
   std::int64_t Whole(std::size_t field, const char* what, std::int64_t low,
                      std::int64_t high) const;
   [[nodiscard]] double Real(std::size_t field, const char* what) const;
-  [[nodiscard]] std::string Where() const override { return files_.back()->Where(); }
+  [[nodiscard]] std::string Where() const override { return file_.Where(); }
 
  private:
-  void Include(const std::string& name);
-
-  std::vector<std::unique_ptr<FileCursor>> files_;  // the last one is being read
+  FileCursor file_;
   std::vector<std::string_view> fields_;
-  bool again_ = false;
 };
 
 }  // namespace palpate

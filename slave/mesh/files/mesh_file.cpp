@@ -50,8 +50,7 @@ bool WriteGmsh2(const std::filesystem::path& file, const std::vector<Eigen::Vect
 }
 
 using Reader = MeshFile (*)(const std::filesystem::path&, double);
-constexpr std::array<std::pair<std::string_view, Reader>, 6> kReaders{{{".veg", ReadVega},
-                                                                       {".node", ReadTetgen},
+constexpr std::array<std::pair<std::string_view, Reader>, 5> kReaders{{{".node", ReadTetgen},
                                                                        {".ele", ReadTetgen},
                                                                        {".msh", ReadGmsh},
                                                                        {".stl", ReadStl},
@@ -78,7 +77,7 @@ MeshFile ReadMeshFile(const std::filesystem::path& file, double unit) {
   const std::string foreign = ForeignFile(file);
   throw std::invalid_argument(file.string() + ": " +
                               (foreign.empty() ? "unknown kind of file" : "is " + foreign) +
-                              ": expected .veg .node .ele .msh, for a "
+                              ": expected .node .ele .msh, for a "
                               "surface .stl .ply .msh; meshio converts others");
 }
 

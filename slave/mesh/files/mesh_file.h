@@ -1,9 +1,8 @@
-// Meshes from files and back: volumes as Vega .veg, TetGen .node/.ele, Gmsh .msh; surfaces
-// as STL and PLY, or as .msh of triangles.
+// Meshes from files and back: volumes as TetGen .node/.ele and Gmsh .msh; surfaces as STL
+// and PLY, or as .msh of triangles.
 #pragma once
 
 #include <filesystem>
-#include <optional>
 #include <string>
 #include <variant>
 #include <vector>
@@ -12,23 +11,14 @@
 
 namespace palpate {
 
-// Material in a file (Vega's ENU line), common to all elements.
-struct FileMaterial {
-  double density = 0;        // [kg/m^3], >= 0
-  double young_modulus = 0;  // [Pa], > 0
-  double poisson_ratio = 0;  // [-], -1 < nu <= 0.5
-};
-
 struct MeshFile {
   std::variant<SolidMesh, SurfaceMesh> mesh;  // in the file's order; not yet checked: CheckMesh
-  std::optional<FileMaterial> material;
   MeshNumbers numbers;
   std::vector<std::string> remarks;  // notes about ignored or changed content
 };
 
 // Reads a mesh by its file's extension; lengths are multiplied by `unit` [m per unit of the file].
 //
-//   .veg         *INCLUDE followed; *REGION and *SET passed over; one ENU material is kept
 //   .node, .ele  one names the other; numbered from 0 or 1
 //   .msh         Gmsh 2.2 and 4.1, ASCII and binary of either byte order
 //   .stl         ASCII and binary; equal corners become one node

@@ -36,8 +36,8 @@ void RequireEnd(MeshRowReader* rows) {
   if (rows->Next()) rows->Refuse(Quoted(rows->fields()[0]), "the end of the file after its rows");
 }
 
-}  // namespace
-
+// `count 3 attributes markers`, then `number x y z ...` per node; numbers increase by one from 0 or
+// 1.
 void ReadNodeTable(MeshRowReader* rows, MeshBuilder* builder) {
   rows->Require("a line `nodes 3 attributes markers`", 2);
   const std::int64_t count = rows->Whole(0, "count of nodes", 1, FileCursor::kMaxCount);
@@ -54,6 +54,7 @@ void ReadNodeTable(MeshRowReader* rows, MeshBuilder* builder) {
   }
 }
 
+// `count corners attributes`, then `number corners ...` per tetrahedron of 4 or 10 nodes.
 void ReadElementTable(MeshRowReader* rows, MeshBuilder* builder) {
   rows->Require("a line `elements corners attributes`", 2);
   const std::int64_t count = rows->Whole(0, "count of elements", 1, FileCursor::kMaxCount);
@@ -80,6 +81,8 @@ void ReadElementTable(MeshRowReader* rows, MeshBuilder* builder) {
     builder->AddCell(kind, number, used);
   }
 }
+
+}  // namespace
 
 MeshFile ReadTetgen(const std::filesystem::path& file, double unit) {
   std::filesystem::path nodes = file, elements = file;

@@ -60,7 +60,7 @@ struct MeshFileGeometry {
   double unit = 1;        // length of one unit of the file [m]
   double resolution = 0;  // edge of the tetrahedra that fill a surface [m]; 0: chosen by the mesher
   std::shared_ptr<const GivenMesh> given{};  // in memory, in units of `unit`; nullptr: see `file`
-};                                           // .veg .node/.ele .msh; a surface: .stl .ply
+};                                           // .node/.ele .msh; a surface: .stl .ply
 using Geometry = std::variant<RectangleGeometry, DiscGeometry, PolygonGeometry, ContourFileGeometry,
                               ImageContourGeometry, MembraneGeometry, BoxGeometry, MeshFileGeometry,
                               DomeGeometry>;

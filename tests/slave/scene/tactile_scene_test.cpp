@@ -95,15 +95,14 @@ TEST_F(TactileSceneTest, MotionIsMeasuredByTheBoxInAllThreeAxes) {
 }
 
 TEST_F(TactileSceneTest, AMeshIsMeasuredByItsNodes) {
-  folder_.Write("tet.veg",
-                "*VERTICES\n4 3 0 0\n1 0 0 0\n2 10 0 0\n3 0 20 0\n4 0 0 40\n\n*ELEMENTS\nTETS\n1 4 "
-                "0\n1 1 2 3 4\n");
-  const Scene scene = Load(Tactile8("source: simulated", "{mesh: tet.veg, unit: mm}"));
+  folder_.Write("tet.node", "4 3 0 0\n1 0 0 0\n2 10 0 0\n3 0 20 0\n4 0 0 40\n");
+  folder_.Write("tet.ele", "1 4 0\n1 1 2 3 4\n");
+  const Scene scene = Load(Tactile8("source: simulated", "{mesh: tet.node, unit: mm}"));
   EXPECT_LT((scene.manipulator.home - Eigen::Vector3d(0.005, 0.01, 0.04 + 0.07 * 0.04)).norm(),
             1e-15);
-  folder_.Write("tet.veg", "*VERTICES\n4 3 0 0\n1 0 0\n");
-  EXPECT_THAT(MistakesOf(Tactile8("source: simulated", "{mesh: tet.veg, unit: mm}")),
-              HasSubstr("3: object.geometry.mesh = tet.veg: expected a mesh that can be read; "));
+  folder_.Write("tet.node", "4 3 0 0\n1 0 0\n");
+  EXPECT_THAT(MistakesOf(Tactile8("source: simulated", "{mesh: tet.node, unit: mm}")),
+              HasSubstr("3: object.geometry.mesh = tet.node: expected a mesh that can be read; "));
 }
 
 TEST_F(TactileSceneTest, FingertipsTouchVolumesAndNothingElse) {

@@ -49,12 +49,8 @@ class ColumnCache {
   std::uint64_t hash_ = 0;
 };
 
-// Every `step`-th block of those that a cache needs, from number `first` on.
-struct CacheShare {
-  std::size_t first = 0, step = 1;
-};
 struct CacheFilling {
-  std::size_t groups = 0, computed = 0;  // groups of the share, and those computed now
+  std::size_t groups = 0, computed = 0;  // groups of the cache, and those computed now
 };
 
 }  // namespace palpate

@@ -111,17 +111,16 @@ void GreenColumns::Solve(std::span<const int> places, std::span<const Vector3d> 
 }
 
 CacheFilling FillColumnCache(const RestStiffness& stiffness, double width,
-                             const std::filesystem::path& cache, const CacheShare& share,
-                             Progress* progress) {
+                             const std::filesystem::path& cache, Progress* progress) {
   const GreenGroups layout(stiffness);
   const ColumnCache kept = layout.Cache(cache);
   BendingTable bending(stiffness, layout, width, cache);
   CacheFilling filling;
   std::vector<int> missing;  // groups of the bending table follow those of columns
   std::vector<double> values;
-  const auto all = Index(layout.groups() + bending.groups());
-  for (std::size_t g = share.first; g < all; g += share.step) {
-    const int group = static_cast<int>(g), of_bending = group - layout.groups();
+  const int all = layout.groups() + bending.groups();
+  for (int group = 0; group < all; ++group) {
+    const int of_bending = group - layout.groups();
     if (of_bending < 0) values.resize(layout.values(group));
     const bool is_kept = of_bending < 0 ? kept.Load(group, values) : bending.HasGroup(of_bending);
     if (!is_kept) missing.push_back(group);

@@ -78,12 +78,11 @@ class GreenColumns final : public Compliance {
   int groups_computed_ = 0;
 };
 
-// Computes a part of the groups of columns that GreenColumns stores in the folder `cache`, and of
-// the bending of a slender body under contacts of `width` [m] (BendingTable), except existing ones.
+// Computes the groups of columns that GreenColumns stores in the folder `cache`, and those of the
+// bending of a slender body under contacts of `width` [m] (BendingTable), except existing ones.
 // Factorises only if one is missing. Throws as GreenColumns; std::runtime_error: the folder cannot
 // be written.
 CacheFilling FillColumnCache(const RestStiffness& stiffness, double width,
-                             const std::filesystem::path& cache, const CacheShare& share,
-                             Progress* progress);
+                             const std::filesystem::path& cache, Progress* progress);
 
 }  // namespace palpate

@@ -22,9 +22,7 @@ struct Sample {
 // Files of Pair(). TetGen's two files are not among them.
 inline std::vector<Sample> Solids() {
   const SolidMesh mesh = Pair();
-  return {{"vega from 0", "a.veg", Veg(mesh, 0)},
-          {"vega from 1", "b.veg", Veg(mesh, 1)},
-          {"gmsh 2 text", "c.msh", Gmsh2Text(mesh)},
+  return {{"gmsh 2 text", "c.msh", Gmsh2Text(mesh)},
           {"gmsh 2 little", "d.msh", Gmsh2Binary(mesh, true)},
           {"gmsh 2 big", "e.msh", Gmsh2Binary(mesh, false)},
           {"gmsh 4 text", "f.msh", Gmsh4Text(mesh)},

@@ -72,11 +72,6 @@ inline std::string Ele(const SolidMesh& mesh, int first) {
   }
   return text;
 }
-inline std::string Veg(const SolidMesh& mesh, int first) {
-  return "# Vega\n*VERTICES\n" + Node(mesh, first) + "*ELEMENTS\nTETS\n" + Ele(mesh, first) +
-         "*MATERIAL BODY\nENU, 45, 3800, 0.15\n\n*SET tip\n1, 2,\n3\n*REGION\nallElements, BODY\n";
-}
-
 // Also contains a line, a point and a triangle, which a reader of volumes ignores, and numbering
 // with gaps.
 inline std::string Gmsh2Text(const SolidMesh& mesh) {

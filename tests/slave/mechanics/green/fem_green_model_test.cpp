@@ -40,10 +40,9 @@ Body Beam(double thickness, int cells) {
 // Fills the cache with all columns that contacts of a given width need.
 void FillCache(const Body& body, const FemGreenModel::Options& options) {
   const auto stiffness = AssembleAtRest(body.mesh, body.held, body.nu, options.element);
-  const CacheFilling filling =
-      FillColumnCache(stiffness, options.width, options.cache, {}, nullptr);
+  const CacheFilling filling = FillColumnCache(stiffness, options.width, options.cache, nullptr);
   ASSERT_EQ(filling.computed, filling.groups);
-  ASSERT_EQ(FillColumnCache(stiffness, options.width, options.cache, {}, nullptr).computed, 0U);
+  ASSERT_EQ(FillColumnCache(stiffness, options.width, options.cache, nullptr).computed, 0U);
 }
 
 // Law: the answer is that of a model that computes everything itself. No factor is made, so no

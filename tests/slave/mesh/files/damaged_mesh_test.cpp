@@ -19,6 +19,11 @@ using ::testing::HasSubstr;
 // that was read must be valid.
 class DamagedMeshTest : public ::testing::TestWithParam<samples::Sample> {
  protected:
+  // TetGen's files come in pairs: the other one is whole.
+  DamagedMeshTest() {
+    folder_.Write("pair.node", samples::Node(samples::Pair(), 0));
+    folder_.Write("pair.ele", samples::Ele(samples::Pair(), 0));
+  }
   // Returns whether the file was read.
   bool Survives(const std::string& bytes) {
     const auto file = folder_.Write(GetParam().file, bytes);
@@ -74,6 +79,8 @@ TEST_P(DamagedMeshTest, IsReadOrRefusedWhateverByteIsWrong) {
 
 std::vector<samples::Sample> AllSamples() {
   auto all = samples::Solids();
+  all.push_back({"tetgen nodes", "pair.node", samples::Node(samples::Pair(), 0)});
+  all.push_back({"tetgen elements", "pair.ele", samples::Ele(samples::Pair(), 0)});
   for (auto& sample : samples::Surfaces()) all.push_back(std::move(sample));
   return all;
 }

@@ -34,6 +34,9 @@ class MalformedMeshTest : public ::testing::TestWithParam<Malformed> {};
 
 TEST_P(MalformedMeshTest, IsRefusedWithPlaceAndReason) {
   const Scratch folder;
+  // TetGen's files come in pairs.
+  folder.Write("a.node", "4 3 0 0\n1 0 0 0\n2 1 0 0\n3 0 1 0\n4 0 0 1\n");
+  folder.Write("a.ele", "1 4 0\n1 1 2 3 4\n");
   const auto file = folder.Write(GetParam().file, GetParam().bytes);
   EXPECT_EQ(Refusal(file), file.string() + GetParam().refusal);
 }
@@ -45,24 +48,19 @@ INSTANTIATE_TEST_SUITE_P(
     Files, MalformedMeshTest,
     ::testing::Values(
         Malformed{"a.vtu", "",
-                  ": unknown kind of file: expected .veg .node .ele .msh, for a "
+                  ": unknown kind of file: expected .node .ele .msh, for a "
                   "surface .stl .ply .msh; meshio converts others"},
-        Malformed{"a.veg", "",
-                  ":1: no element was found: expected tetrahedra, or triangles for "
+        Malformed{"a.msh", GMSH,
+                  ":3: no element was found: expected tetrahedra, or triangles for "
                   "a surface"},
-        Malformed{"a.veg", "*VERTICES\n2 3 0 0\n0 0 0 0\n",
-                  ":4: the file ends: expected a node `number x y z` here"},
-        Malformed{"a.veg", "*VERTICES\n-3 3 0 0\n",
-                  ":2: count of nodes '-3': expected a whole number from 1 to 2000000000"},
-        Malformed{"a.veg", "*VERTICES\n1 3 0 0\n0 0 nan 0\n",
-                  ":3: y 'nan': expected a finite number"},
-        Malformed{"a.veg", "*VERTICES\n2 3 0 0\n0 0 0 0\n2 0 0 0\n", ":4: node 2: expected 1 here"},
-        Malformed{"a.veg", "*VERTICES\n1 3 0 0\n1 0 0 0\n*ELEMENTS\nTET\n1 4 0\n1 1 1 1 0\n",
-                  ":7: node 0: expected a node of the file, from 1 to 1"},
-        Malformed{"a.veg", "*VERTICES\n*INCLUDE nowhere.node\n",
-                  ":2: *INCLUDE 'nowhere.node' cannot be read: expected a file beside this one"},
-        Malformed{"a.veg", "*MATERIAL A\nENU, 45, 3800, 0.6\n",
-                  ":2: Poisson's ratio 0.6: expected -1 < nu <= 0.5"},
+        Malformed{"a.node", "2 3 0 0\n0 0 0 0\n",
+                  ":3: the file ends: expected a node `number x y z` here"},
+        Malformed{"a.node", "-3 3 0 0\n",
+                  ":1: count of nodes '-3': expected a whole number from 1 to 2000000000"},
+        Malformed{"a.node", "1 3 0 0\n0 0 nan 0\n", ":2: y 'nan': expected a finite number"},
+        Malformed{"a.node", "2 3 0 0\n0 0 0 0\n2 0 0 0\n", ":3: node 2: expected 1 here"},
+        Malformed{"a.ele", "1 4 0\n1 1 1 1 0\n",
+                  ":2: node 0: expected a node of the file, from 1 to 4"},
         Malformed{"a.msh", "solid\n",
                   ":1: the file does not begin with $MeshFormat: expected a Gmsh file"},
         Malformed{"a.msh", GMSH "$Nodes\n1999999999\n1 0 0 0\n",
@@ -89,13 +87,13 @@ INSTANTIATE_TEST_SUITE_P(
 
 TEST(MeshUnitTest, RefusesUnitsThatAreNone) {
   const Scratch folder;
-  const auto file = folder.Write("a.veg", samples::Veg(samples::Pair(), 0));
+  const auto file = folder.Write("a.msh", samples::Gmsh2Text(samples::Pair()));
   for (const double unit : {0.0, -1.0, std::nan(""), HUGE_VAL}) {
     EXPECT_THAT(Refusal(file, unit), HasSubstr("expected a finite length > 0"));
   }
   EXPECT_THAT(Refusal(file, 1e300), HasSubstr("expected at most 1e+15 m"));
-  EXPECT_THAT(Refusal(folder / "none.veg"), HasSubstr("cannot be read"));
-  EXPECT_THAT(Refusal((folder / "a.veg").parent_path() / ""), HasSubstr("unknown kind of file"));
+  EXPECT_THAT(Refusal(folder / "none.msh"), HasSubstr("cannot be read"));
+  EXPECT_THAT(Refusal((folder / "a.msh").parent_path() / ""), HasSubstr("unknown kind of file"));
 }
 
 }  // namespace

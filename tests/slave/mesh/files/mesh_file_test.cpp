@@ -69,21 +69,6 @@ TEST_F(MeshFileTest, ReadsTetgensPairByEitherNameAndNumbering) {
   }
 }
 
-TEST_F(MeshFileTest, FollowsVegasIncludesAndKeepsItsMaterial) {
-  Write("pair.node", samples::Node(samples::Pair(), 1));
-  Write("pair.ele", samples::Ele(samples::Pair(), 1));
-  const auto file = Write("pair.veg",
-                          "*VERTICES\n*INCLUDE pair.node\n*ELEMENTS\nTETS\n*INCLUDE "
-                          "pair.ele\n*MATERIAL BODY\nENU, 26, 3000, 0.15\n*MATERIAL OTHER\n"
-                          "ENU, 1, 1, 0\n*REGION\nallElements, BODY\n");
-  const MeshFile read = ReadMeshFile(file, 1);
-  EXPECT_EQ(std::get<SolidMesh>(read.mesh).tets, samples::Pair().tets);
-  ASSERT_TRUE(read.material);
-  EXPECT_EQ(read.material->density, 26);
-  EXPECT_EQ(read.material->young_modulus, 3000);
-  EXPECT_EQ(read.material->poisson_ratio, 0.15);
-}
-
 // A tetrahedron of ten nodes whose mid-edge nodes are numbered among the corners.
 TEST_F(MeshFileTest, UsesTheCornersOfQuadraticElements) {
   const auto file = Write(
