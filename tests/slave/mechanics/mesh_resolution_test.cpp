@@ -132,7 +132,7 @@ TEST(PatchResolution, ANarrowDiscIsAsStiffAsOnAHalfSpace) {
 }
 
 // A disc of 2.96 to 3.6 cells has 27 to 47 nodes. Reference: a flat bonded disc on the same body,
-// from the half-space's compliance and quadratic bricks (tests/campaigns/presses/pressed_box.py).
+// from the half-space's compliance and quadratic bricks (tests/campaigns/truth/pressed_box.py).
 // The estimate of the nodes' stiffness is within 4 % (measured); without it the nodes are 4 to 10 %
 // too compliant.
 TEST(PatchResolution, ADiscOfManyNodesIsAsStiffAsTheTool) {

@@ -61,9 +61,9 @@ struct MeasuredStiffness {
 };
 
 // Reference: trilinear hexahedra with mean dilatation (block_flat of
-// tests/campaigns/presses/presses.py), graded to the tool's ends, with 6 and 10 across the tool and
-// extrapolated. They share nothing with the model. Tolerance: 3 %, of which 1 % is the reference's
-// error (for another block the compliance of the half-space was 0.5 % higher).
+// tests/campaigns/truth/pressed_plane.py), graded to the tool's ends, with 6 and 10 across the tool
+// and extrapolated. They share nothing with the model. Tolerance: 3 %, of which 1 % is the
+// reference's error (for another block the compliance of the half-space was 0.5 % higher).
 TEST(ExtrudedModel, IsAsStiffAsBricksInSpace) {
   for (const MeasuredStiffness& at : {MeasuredStiffness{1, 0.5, 0.1, 0.1, -1, 0.45, 0.14403},
                                       MeasuredStiffness{1, 0.5, 0.1, 1, -1, 0.49, 0.53885},

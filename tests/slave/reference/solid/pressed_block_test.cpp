@@ -26,7 +26,7 @@ PatchSolution Solve(const Scene& scene, const Eigen::Vector2d& at) {
 }
 
 // Reference: trilinear bricks with mean dilatation, two finer meshes extrapolated, block_flat of
-// tests/campaigns/presses/presses.py. Tolerance: 2 %, of both.
+// tests/campaigns/truth/pressed_plane.py. Tolerance: 2 %, of both.
 TEST(PressedBlock, IsAsStiffAsFinerBricks) {
   const Scene middle = SceneOf(100, 0.45, "width: 10 mm, depth: 10 mm");
   EXPECT_NEAR(Solve(middle, {0.05, 0.1}).stiffness(1, 1) / 0.14403, 1, 0.02);

@@ -1,32 +1,25 @@
-#!/usr/bin/env python3
-"""Runs the recordings of other laboratories (../shared/data) through the programs, as a user would.
+"""Recordings of other laboratories (../shared/data), run through the programs as a user would.
 
-Prints one row per comparison, in Markdown: set, quantity, published figure, ours, and whether our 95 % interval covers the
-published figure. "by the data's README" marks figures that the README of the set states, where its authors published none.
-Sets without a force, a shape or a material that a command estimates are listed below the table.
-
-    python3 tests/recordings.py [--only WORDS]
-
-Programs: PALPATE_BIN (default build/release/bin). Exit code 1: a run failed; 77: the recordings are absent.
+Each case is a set, with a line for each quantity: published figure, ours, and whether our 95 % interval covers the published one.
+It is right if it does and silent if it does not. "by the data's README" marks figures that the README of the set states, where
+its authors published none. Sets without a force, a shape or a material that a command estimates are in ELSEWHERE.
 """
-import argparse
+import collections
 import csv
+import functools
 import json
 import math
 import os
-import pathlib
 import re
-import subprocess
-import sys
-import tempfile
 from typing import NamedTuple
 
 import numpy as np
 
-ROOT = pathlib.Path(__file__).resolve().parent.parent
-DATA = ROOT.parent / "shared" / "data"
-BIN = pathlib.Path(os.environ.get("PALPATE_BIN", ROOT / "build/release/bin"))
-PYTHON = {**os.environ, "PYTHONPATH": str(BIN.resolve().parent / "python"), "OMP_NUM_THREADS": "1"}
+import runners
+from campaign import Case, Outcome, Refused, Skipped, verdict
+from runners import DATA
+
+PYTHON = {**os.environ, "PYTHONPATH": str(runners.PACKAGE), "OMP_NUM_THREADS": "1"}
 NONE = "none"
 GRAM = 9.80665e-3  # weight of a gram [N]
 
@@ -39,24 +32,17 @@ class Row(NamedTuple):
 
 
 def run(*words, accept=(0,)):
-    done = subprocess.run([str(word) for word in words], capture_output=True, text=True, env=PYTHON, check=False)
-    if done.returncode not in accept:
-        raise RuntimeError(f"{' '.join(str(word) for word in words)}: {(done.stderr or done.stdout).strip()}")
+    done = runners.run(*words, codes=accept, env=PYTHON)
     return done.stdout + done.stderr
 
 
 def slave(command, *words, accept=(0,)):
-    return run(BIN / "palpate-slave", command, *words, accept=accept)
+    return run(runners.SLAVE, command, *words, accept=accept)
 
 
 def report_of(command, folder, *words, accept=(0,)):
     slave(command, *words, "--out", folder, accept=accept)
     return json.loads((folder / "report.json").read_text())
-
-
-def read(file):
-    with open(file, encoding="utf-8") as table:
-        return list(csv.DictReader(table))
 
 
 def write(file, names, rows):
@@ -106,7 +92,7 @@ def silicone_compression(folder):
         return modulus_of(report_of("identify", folder, f"compression={file}", "--diameter", "50mm", "--height", "30mm", "--ends",
                                     "bonded"))
     published = {row["material"]: float(row["elastic_modulus_mean_kPa"])
-                 for row in read(DATA / "silicone_compression/elastic_modulus_kPa.csv")}
+                 for row in runners.table(DATA / "silicone_compression/elastic_modulus_kPa.csv")}
     held = count = 0
     for file in sorted((DATA / "silicone_compression").glob("*_A1.csv")):
         name = file.stem[:-3]
@@ -161,7 +147,7 @@ WEIGHT = 0.51  # [N]
 
 def sag(take):
     """Returns how far each of the three markers moves down from start to end [m]. The recording's x points up."""
-    rows = read(DATA / "silicone_beam" / f"{take}.csv")
+    rows = runners.table(DATA / "silicone_beam" / f"{take}.csv")
     return [np.mean([float(row[f"x{k}_m"]) for row in rows[-50:] if row[f"x{k}_m"]]) - float(rows[0][f"x{k}_m"]) for k in (1, 2, 3)]
 
 
@@ -179,7 +165,7 @@ def silicone_beam(folder):
     edge = [["tip", 0.1, 0.006 * k, 0.03, 0, 0, -WEIGHT / 6] for k in range(6)]
     hung = write(folder / "weight.csv", "case x y z fx fy fz".split(), edge + [["tip", *at, 0, 0, 0] for at in MARKERS])
     slave("solve", scene, "--override", f"object.material.young_modulus={1e3 * value} Pa", "--loads", hung, "--out", folder / "tip.csv")
-    solved = np.array([float(row["dz"]) for row in read(folder / "tip.csv")[len(edge):]])
+    solved = np.array([float(row["dz"]) for row in runners.table(folder / "tip.csv")[len(edge):]])
     for take in ("load52_a", "load52_b"):
         measured = np.array(sag(take))
         yield Row(f"{take}: tip under 0.51 N; markers on top, left, right", ", ".join(f"{-1e3 * dz:.1f}" for dz in measured) + " mm, measured",
@@ -207,7 +193,7 @@ FORCES = [f"{kind}_f{axis}" for kind in ("measured", "estimated") for axis in "x
 
 
 def tactile_9dtact(folder):
-    rows = [[row[f"{kind}_f{axis}_N"] for kind in ("true", "predicted") for axis in "xyz"] for row in read(DATA / "tactile_9dtact/pairs.csv")]
+    rows = [[row[f"{kind}_f{axis}_N"] for kind in ("true", "predicted") for axis in "xyz"] for row in runners.table(DATA / "tactile_9dtact/pairs.csv")]
     card = judged(folder, "pairs", FORCES, rows)
     error = np.array(rows, float)[:, 5] - np.array(rows, float)[:, 2]
     low, value, high = interval(card, "magnitude")
@@ -219,7 +205,7 @@ def tactile_9dtact(folder):
 def tactile_eflesh(folder):
     trials = [DATA / f"tactile_eflesh/normal_trial{k}.csv" for k in (1, 2)]
     for data, test in (trials, trials[::-1]):
-        printed = run("/usr/bin/python3", "-m", "palpate.train", data, "--test", test, "--unit", "uT", "--channels", "m", "--sample-rate", "14",
+        printed = run(runners.PYTHON, "-m", "palpate.train", data, "--test", test, "--unit", "uT", "--channels", "m", "--sample-rate", "14",
                       "--normal", f"scale_g={-GRAM:g}", "--out", folder / "network", accept=(0, 2))
         error = re.search(r"rms error ([\d.]+) mN", printed)
         yield Row(f"error of the normal force, rms, {data.stem} on {test.stem}",
@@ -241,12 +227,12 @@ def seed001_rf_foam_bar(folder):
     """Applies the network of paper B's authors to their recording. The sensor's mean before the contact is its
     offset."""
     recording = DATA / "seed001_rf_foam_bar"
-    run("/usr/bin/python3", "-m", "palpate.convert_network", DATA / "seed001_biotac_lstm/biotac_rnn21", "--out", folder / "network")
+    run(runners.PYTHON, "-m", "palpate.convert_network", DATA / "seed001_biotac_lstm/biotac_rnn21", "--out", folder / "network")
     (folder / "finger.yaml").write_text(FINGER.format(
         tactile=f"source: {recording / 'rh_tactile.csv'}, finger: rf, rest: first 50, network: network"))
     slave("process", folder / "finger.yaml", "--out", folder)
-    states = {round(float(row["t"]), 4): row for row in read(folder / "states.csv") if row["fz"]}
-    expected = read(recording / "lstm_expected_rf.csv")
+    states = {round(float(row["t"]), 4): row for row in runners.table(folder / "states.csv") if row["fz"]}
+    expected = runners.table(recording / "lstm_expected_rf.csv")
     rest = [np.mean([float(row[f"meas_f{axis}_N"]) for row in expected[:50]]) for axis in "xyz"]
     pairs, worst = [], 0.0
     for row in expected:
@@ -281,7 +267,7 @@ LAST_FITTED = 65                   # number of an image
 def wrench():
     """Returns the magnitude of the force per image [N], minus its mean over images 40 to 58."""
     force = np.array([[float(row[name]) for name in ("fx_N", "fy_N", "fz_N")]
-                      for row in read(DATA / "membrane_press_rgbd/robot_pressure_wrench.csv")])
+                      for row in runners.table(DATA / "membrane_press_rgbd/robot_pressure_wrench.csv")])
     return np.linalg.norm(force - force[40:59].mean(axis=0), axis=1)
 
 
@@ -292,7 +278,7 @@ def press_error(folder, name, constants, offset=0.0):
     scene.write_text((DOME % constants).replace("DATA", str(DATA / "membrane_press_rgbd")))
     slave("process", scene, "--out", folder)
     measured = wrench()
-    later = [(number, row) for number, row in zip(image_numbers(), read(folder / "states.csv")) if row["fz"] and number > LAST_FITTED]
+    later = [(number, row) for number, row in zip(image_numbers(), runners.table(folder / "states.csv")) if row["fz"] and number > LAST_FITTED]
     error = np.array([np.linalg.norm([float(row[f"f{axis}"]) for axis in "xyz"]) + offset - measured[number] for number, row in later])
     allowed = [2 * math.hypot(float(row["sigma"]), 0.2) for _, row in later]
     return (f"{100 * np.sqrt(np.mean(error**2)) / max(measured[image_numbers()]):.1f} %; "
@@ -342,33 +328,23 @@ ELSEWHERE = {
 }
 
 
-def main():
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--only", default="", help="sets whose name contains this")
-    only = parser.parse_args().only
+def compared(rows, folder):
+    """Runs the comparisons of a set. A published figure is no truth, so an interval beside it fails nothing."""
+    try:
+        lines = list(rows(folder))
+    except (Refused, OSError, KeyError, AttributeError) as error:
+        return verdict("refused", repr(error), holds=False)
+    counts = collections.Counter({"yes": "right", "no": "silent"}[row.covers] for row in lines if row.covers != "-")
+    return Outcome(counts, "".join(f"\n      {row.quantity} | {row.published} | {row.ours} | {row.covers}" for row in lines))
+
+
+def is_named(name, _):
+    return verdict("right", ELSEWHERE[name]) if name in ELSEWHERE else verdict("silent", "no row in tests/campaigns/recordings.py")
+
+
+def cases(options):
     if not DATA.exists():
-        print(f"skipped: no {DATA}")
-        return 77
-    failed = 0
-    print("| set | quantity | published | ours | interval covers |\n" + "|---" * 5 + "|")
-    for rows in SETS:
-        name = rows.__name__
-        if only not in name:
-            continue
-        with tempfile.TemporaryDirectory() as folder:
-            try:
-                for row in rows(pathlib.Path(folder)):
-                    print(f"| {name} | {' | '.join(row)} |", flush=True)
-            except (RuntimeError, OSError, KeyError, AttributeError) as error:
-                failed += 1
-                print(f"| {name} | failed | - | {error!r} | - |", flush=True)
-    unknown = {folder.name for folder in DATA.iterdir() if folder.is_dir()} - {rows.__name__ for rows in SETS} - ELSEWHERE.keys()
-    print("\nNot compared here: " + "; ".join(f"{name} ({why})" for name, why in sorted(ELSEWHERE.items())) + ".")
-    for name in sorted(unknown):
-        failed += 1
-        print(f"{name}: no row in tests/recordings.py")
-    return 1 if failed else 0
-
-
-if __name__ == "__main__":
-    sys.exit(main())
+        raise Skipped(f"no {DATA}")
+    compares = [Case(rows.__name__, functools.partial(compared, rows), "compared") for rows in SETS]
+    names = sorted({folder.name for folder in DATA.iterdir() if folder.is_dir()} - {rows.__name__ for rows in SETS})
+    return compares + [Case(name, functools.partial(is_named, name), "elsewhere") for name in names]

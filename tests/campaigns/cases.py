@@ -1,31 +1,24 @@
-#!/usr/bin/env python3
-"""Runs the cases of ../shared/cases and ../shared/cases-2 and compares the output with the README of each case.
+"""The cases of ../shared/cases and ../shared/cases-2: the output of each command against the README of the case.
 
-  cases.py [NAME...]   runs all cases, or those whose SET/NAME begins with NAME
-
-A rejection must have an exit status other than 0 and name the cause. A force must be that of the same input in its
-plain form, an elastic modulus and a state within half a unit of the last digit in the README.
-Programs: PALPATE_BIN, default build/release/bin. Exit code 1: a result is not as expected; 77: no cases.
+A rejection must have an exit status other than 0 and name the cause. A force must be that of the same input in its plain form, an
+elastic modulus and a state within half a unit of the last digit in the README.
 """
 import csv
-import os
+import functools
 import pathlib
 import re
 import shutil
-import subprocess
-import sys
 import tempfile
 from typing import NamedTuple
 
-sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent / "e2e"))
-import programs  # noqa: E402
+import runners
+from campaign import Case, Skipped, verdict
+from runners import ROOT
 
-ROOT = pathlib.Path(__file__).resolve().parents[1]
-BIN = pathlib.Path(os.environ.get("PALPATE_BIN", ROOT / "build/release/bin")).resolve()
+import programs
+
 CASES = ROOT.parent / "shared/cases"
 MORE_CASES = ROOT.parent / "shared/cases-2"
-PYTHON = "/usr/bin/python3"  # with NumPy and PyTorch
-PACKAGE = BIN.parent / "python"
 
 
 class Result(NamedTuple):
@@ -36,12 +29,8 @@ class Result(NamedTuple):
 
 
 def execute(command, case, out):
-    for key, value in (("BIN", BIN), ("REPO", ROOT), ("OUT", out), ("PYTHON", PYTHON), ("PY", PACKAGE)):
-        command = command.replace("{%s}" % key, str(value))
-    if "{MCAP}" in command:
-        command = command.replace("{MCAP}", str(recording_in(out)))
-    done = subprocess.run(["bash", "-c", command], cwd=case, capture_output=True, timeout=300)
-    return Result(done.returncode, (done.stdout + done.stderr).decode(errors="replace"), out, case)
+    places = {"MCAP": recording_in(out)} if "{MCAP}" in command else {}
+    return Result(*runners.shell(command, case, OUT=out, **places), out, case)
 
 
 def recording_in(out):
@@ -348,39 +337,25 @@ def command_of(case):
     return re.search(r"^(?:- )?Command: (.*)$", readme.read_text(), re.M)[1].strip("`")
 
 
-def reason_against(case, expectations):
-    with tempfile.TemporaryDirectory() as folder:
-        out = pathlib.Path(folder)
-        own = [run for key, run in OWN.items() if expectations is EXPECTED and case.name.startswith(key)]
-        if own:
-            return own[0](case, out)
-        expected = [check for key, check in expectations.items() if (case.name + "-").startswith(key.rstrip("-") + "-")]
-        if len(expected) != 1:
-            return "no expectation in tests/cases.py"
-        case = with_present_kind(case, out)
-        result = execute(command_of(case), case, out)
-        reason = expected[0](result)
-        return reason and f"{reason}\n    " + "\n    ".join(result.text.splitlines()[-8:])
+def judged(case, expectations, out):
+    own = [run for key, run in OWN.items() if expectations is EXPECTED and case.name.startswith(key)]
+    if own:
+        reason = own[0](case, out)
+        return verdict("silent" if reason else "right", reason or "")
+    expected = [check for key, check in expectations.items() if (case.name + "-").startswith(key.rstrip("-") + "-")]
+    if len(expected) != 1:
+        return verdict("silent", "no expectation in tests/campaigns/cases.py")
+    case = with_present_kind(case, out)
+    result = execute(command_of(case), case, out)
+    reason = expected[0](result)
+    if reason:
+        return verdict("unhelpful" if result.status else "silent", "\n      ".join([str(reason), *result.text.splitlines()[-8:]]))
+    return verdict("refused" if result.status else "right")
 
 
-def main():
+def cases(options):
     sets = [(folder, expectations) for folder, expectations in ((CASES, EXPECTED), (MORE_CASES, MORE_EXPECTED)) if folder.is_dir()]
-    for absent in {CASES, MORE_CASES} - {folder for folder, _ in sets}:
-        print(f"skipped: {absent} is absent")
     if not sets:
-        return 77
-    failed = count = 0
-    for folder, expectations in sets:
-        for case in sorted(case for case in folder.iterdir() if case.is_dir()):
-            if sys.argv[1:] and not f"{folder.name}/{case.name}".startswith(tuple(sys.argv[1:])):
-                continue
-            reason = reason_against(case, expectations)
-            print(f"{'FAILED' if reason else 'ok':7}{folder.name}/{case.name}" + (f": {reason}" if reason else ""), flush=True)
-            failed += bool(reason)
-            count += 1
-    print(f"{count - failed} of {count} as expected")
-    return 1 if failed or not count else 0
-
-
-if __name__ == "__main__":
-    sys.exit(main())
+        raise Skipped(f"{CASES} and {MORE_CASES} are absent")
+    return [Case(f"{folder.name}/{case.name}", functools.partial(judged, case, expectations), folder.name)
+            for folder, expectations in sets for case in sorted(folder.iterdir()) if case.is_dir()]

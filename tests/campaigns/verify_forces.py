@@ -1,34 +1,24 @@
-#!/usr/bin/env python3
-"""Runs `palpate-slave verify --forces`, or `python3 -m palpate.verify`, on public recordings with known corruptions.
+"""`palpate-slave verify --forces`, or `python3 -m palpate.verify`, on public recordings with known corruptions.
 
-40 random corruptions of the 9DTact pairs and of the foam bar of seed paper 1, and 10 random subsets of the pairs
-without one. A corruption is named if the report finds the corrupted quantity wrong with its size, and no other
-quantity. The foam bar's own scale and turned axes must always be named. With a wrong unit the factor includes this
-scale and fits no unit; then the scale must be named with its size, and no unit. Exit code 1: fewer than 40 are named,
-or a false alarm; 77: no data.
-
-    python3 tests/verify_forces.py [--slave palpate-slave] [--seed 1] [--from command|csv|mcap|topics]
-
---from: command  palpate-slave with a CSV file
-        csv      palpate.verify with the same file (PYTHONPATH)
-        mcap     palpate.verify with both topics of one MCAP file
-        topics   palpate.verify with a database of rosbag2 and an MCAP file, whose messages have different times
+40 random corruptions of the 9DTact pairs and of the foam bar of seed paper 1, and 10 random subsets of the pairs without one. A
+case is right if the report finds the corrupted quantity wrong with its size, and no other quantity. The foam bar's own scale and
+turned axes must always be named. With a wrong unit the factor includes this scale and fits no unit; then the scale must be named
+with its size, and no unit. A clean subset is right without an alarm, and flagged with one.
 """
-import argparse
 import csv
+import functools
 import json
 import math
-import pathlib
 import random
-import subprocess
-import sys
-import tempfile
+from typing import Callable, NamedTuple
+
+import runners
+from campaign import Case, Skipped, verdict
+from runners import DATA
 
 import bags
 
-ROOT = pathlib.Path(__file__).resolve().parent.parent
-DATA = ROOT.parent / "shared" / "data"
-CORRUPTIONS, MIN_NAMED, CLEAN = 40, 40, 10
+CORRUPTIONS, CLEAN = 40, 10
 UNITS = {"mN": 1000.0, "g": 1000 / 9.80665, "kgf": 1 / 9.80665, "9.81": 9.80665, "1/1000": 0.001, "lbf": 1 / 4.4482216,
          "known in lbf": 4.4482216}
 FOAM_OWN = {"magnitude", "frame"}
@@ -37,26 +27,26 @@ FOAM_SCALE = 1 / 1.47
 
 def nine_d_tact():
     """Returns pairs (None, measured, estimated), without time."""
-    with open(DATA / "tactile_9dtact" / "pairs.csv", encoding="utf-8") as table:
-        return [(None, [float(row[f"true_f{a}_N"]) for a in "xyz"], [float(row[f"predicted_f{a}_N"]) for a in "xyz"])
-                for row in csv.DictReader(table)]
+    return [(None, [float(row[f"true_f{a}_N"]) for a in "xyz"], [float(row[f"predicted_f{a}_N"]) for a in "xyz"])
+            for row in runners.table(DATA / "tactile_9dtact/pairs.csv")]
 
 
 def foam_bar():
     """Returns the force of the network and that of the sensor, minus its baseline."""
-    with open(DATA / "seed001_rf_foam_bar" / "lstm_expected_rf.csv", encoding="utf-8") as table:
-        rows = [(float(row["rel_time_s"]), [float(row[f"meas_f{a}_N"]) for a in "xyz"],
-                 [float(row[f"y{i}"]) for i in range(3)]) for row in csv.DictReader(table)]
+    rows = [(float(row["rel_time_s"]), [float(row[f"meas_f{a}_N"]) for a in "xyz"], [float(row[f"y{i}"]) for i in range(3)])
+            for row in runners.table(DATA / "seed001_rf_foam_bar/lstm_expected_rf.csv")]
     rest = [sum(row[1][k] for row in rows[:50]) / 50 for k in range(3)]
     return [(t, [m - r for m, r in zip(measured, rest)], estimate) for t, measured, estimate in rows]
 
 
-class Corruption:
-    """A corruption. `apply` changes rows (t, measured, estimated, sigma). `expected` are the keys that the report must
-    find wrong."""
-
-    def __init__(self, name, expected, apply, check):
-        self.name, self.expected, self.apply, self.check = name, expected, apply, check
+class Corruption(NamedTuple):
+    """A corruption. `apply` changes rows (t, measured, estimated, sigma). `expected` are the keys that the report must find wrong,
+    and `check` their sizes."""
+    name: str
+    expected: set
+    apply: Callable
+    check: Callable
+    factor: float = 1.0  # of a wrong unit
 
 
 def value_of(card, key):
@@ -116,10 +106,8 @@ def turn(rng, _):
 
 def unit(rng, _):
     name = rng.choice(sorted(UNITS))
-    corruption = Corruption("unit " + name, {"unit"}, each(lambda e: [UNITS[name] * x for x in e]),
-                            lambda card: abs(float(card["lines"]["unit"]["text"] or 1) / UNITS[name] - 1) < 0.01)
-    corruption.factor = UNITS[name]
-    return corruption
+    return Corruption("unit " + name, {"unit"}, each(lambda e: [UNITS[name] * x for x in e]),
+                      lambda card: abs(float(card["lines"]["unit"]["text"] or 1) / UNITS[name] - 1) < 0.01, UNITS[name])
 
 
 def delay(rng):
@@ -167,7 +155,7 @@ def peak_of(rows):
     return max(math.hypot(*row[1]) for row in rows)
 
 
-def cases(rng):
+def corruptions(rng):
     """Yields (set, rows, corruption, own findings) for every corruption."""
     tact, foam = nine_d_tact(), foam_bar()
     kinds = [scale, offset, sign, axes, turn, unit]
@@ -224,13 +212,11 @@ def judge_bag(rows, folder, source):
 
 
 def judge_by_python(arguments, folder):
-    done = subprocess.run(["/usr/bin/python3", "-m", "palpate.verify", *arguments, "--json", folder / "report.json"], capture_output=True, text=True)
-    if done.returncode not in (0, 1):
-        raise RuntimeError(done.stdout + done.stderr)
+    runners.run_python("palpate.verify", *arguments, "--json", folder / "report.json", codes=(0, 1))
     return json.loads((folder / "report.json").read_text())["cards"][0]
 
 
-def judge(slave, rows, folder, source):
+def card_of(rows, folder, source):
     if source in ("mcap", "topics"):
         return judge_bag(rows, folder, source)
     with_time, with_sigma = rows[0][0] is not None, rows[0][3] is not None
@@ -242,49 +228,40 @@ def judge(slave, rows, folder, source):
             out.writerow([f"{x:.9g}" for x in [t] * with_time + list(m) + list(e) + [s] * with_sigma])
     if source == "csv":
         return judge_by_python([folder / "forces.csv"], folder)
-    done = subprocess.run([slave, "verify", "--forces", folder / "forces.csv", "--out", folder / "card"],
-                          capture_output=True, text=True)
-    if done.returncode not in (0, 1):
-        raise RuntimeError(done.stdout + done.stderr)
+    runners.run(runners.SLAVE, "verify", "--forces", folder / "forces.csv", "--out", folder / "card", codes=(0, 1))
     return json.loads((folder / "card" / "report.json").read_text())["cards"][0]
 
 
-def wrong(card):
-    return {key for key, line in card["lines"].items() if line["verdict"] == "wrong"}
+def found_in(card, result="wrong"):
+    return {key for key, line in card["lines"].items() if line["verdict"] == result}
 
 
-def main():
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--slave", default=str(ROOT / "build/release/bin/palpate-slave"))
-    parser.add_argument("--seed", type=int, default=1)
-    parser.add_argument("--from", choices=("command", "csv", "mcap", "topics"), default="command", dest="source")
-    arguments = parser.parse_args()
+def judged(pairs, corruption, own, source, folder):
+    card = card_of(corruption.apply([(t, m, e, None) for t, m, e in pairs]), folder, source)
+    found = found_in(card)
+    is_named = corruption.expected <= found <= corruption.expected | own and corruption.check(card)
+    return verdict("right" if is_named else "silent", " ".join(sorted(found)))
+
+
+def judged_clean(pairs, source, folder):
+    card = card_of([(t, m, e, None) for t, m, e in pairs], folder, source)
+    alarms = found_in(card) | found_in(card, "not decided")
+    return verdict("flagged" if alarms else "right", " ".join(sorted(alarms)), holds=not alarms)
+
+
+def arguments(parser):
+    parser.add_argument("--from", choices=("command", "csv", "mcap", "topics"), default="command", dest="source", help="""
+        command: palpate-slave with a CSV file. csv: palpate.verify with the same file. mcap: palpate.verify with both topics of one
+        MCAP file. topics: palpate.verify with a database of rosbag2 and an MCAP file, whose messages have different times""")
+
+
+def cases(options):
     if not (DATA / "tactile_9dtact").is_dir():
-        print("skipped: no ../shared/data/tactile_9dtact")
-        return 77
-    rng = random.Random(arguments.seed)
-    named = alarms = 0
-    with tempfile.TemporaryDirectory() as scratch:
-        folder = pathlib.Path(scratch)
-        for name, pairs, corruption, own in cases(rng):
-            rows = corruption.apply([(t, m, e, None) for t, m, e in pairs])
-            card = judge(arguments.slave, rows, folder, arguments.source)
-            found = wrong(card)
-            is_named = corruption.expected <= found <= corruption.expected | own and corruption.check(card)
-            named += is_named
-            print(f"{name:9s} {len(rows):5d} {corruption.name:26s} {'named' if is_named else 'NOT NAMED':9s} "
-                  f"{' '.join(sorted(found))}")
-        tact = nine_d_tact()
-        for _ in range(CLEAN):
-            pairs = rng.sample(tact, rng.choice([200, 500, 1000, 2500]))
-            card = judge(arguments.slave, [(t, m, e, None) for t, m, e in pairs], folder, arguments.source)
-            undecided = {key for key, line in card["lines"].items() if line["verdict"] == "not decided"}
-            alarms += bool(wrong(card) | undecided)
-            print(f"9DTact    {len(pairs):5d} clean: {' '.join(sorted(wrong(card))) or 'no alarm'}"
-                  f"{' not decided: ' + ' '.join(sorted(undecided)) if undecided else ''}")
-    print(f"seed {arguments.seed}: {named} of {CORRUPTIONS} corruptions named, {alarms} alarms on {CLEAN} clean subsets")
-    return 0 if named >= MIN_NAMED and alarms == 0 else 1
-
-
-if __name__ == "__main__":
-    sys.exit(main())
+        raise Skipped("no ../shared/data/tactile_9dtact")
+    rng = random.Random(options.seed)
+    for name, pairs, corruption, own in corruptions(rng):
+        yield Case(f"{name} {len(pairs)} {corruption.name}", functools.partial(judged, pairs, corruption, own, options.source), "corrupted")
+    tact = nine_d_tact()
+    for k in range(CLEAN):
+        pairs = rng.sample(tact, rng.choice([200, 500, 1000, 2500]))
+        yield Case(f"9DTact {len(pairs)} clean {k}", functools.partial(judged_clean, pairs, options.source), "clean")
