@@ -80,23 +80,28 @@ def compared(estimates, contact, limit, sigmas=0.0, peak=None):
     a right estimate; both relative to `peak`, the largest true force. An error within `sigmas` times sigma is right too."""
     estimates = list(estimates)
     peak = peak or max((size(one.truth) for one in estimates), default=0)
-    counts, checks, squares, known, worst = collections.Counter(), collections.Counter(), 0.0, 0, 0.0
+    counts, checks, errors, valid = collections.Counter(), collections.Counter(), [], []
     for one in estimates:
         if size(one.truth) <= contact * peak:
             continue
         error = math.dist(one.force, one.truth) / peak
-        if not math.isnan(error):
-            squares, known = squares + error**2, known + 1
+        errors.append(error)
         if one.validity != "valid":
             counts["flagged"] += 1
             checks[one.check or one.validity] += 1
             continue
-        worst = max(worst, error)
+        valid.append((error, one.sigma / peak))
         counts["right" if error <= max(limit, sigmas * one.sigma / peak) else "silent"] += 1
-    rms = math.sqrt(squares / known) if known else math.nan
+    worst = max((error for error, _ in valid), default=0)
     flags = ", ".join(f"{check} {count}" for check, count in checks.most_common())
-    return Outcome(counts, f"error {100 * rms:.1f} % rms, worst valid {100 * worst:.1f} %" + (f"; {flags}" if flags else ""),
-                   not counts["silent"], {"rms": rms, "worst": worst})
+    return Outcome(counts, f"error {100 * rms(errors):.1f} % rms, worst valid {100 * worst:.1f} %" + (f"; {flags}" if flags else ""),
+                   not counts["silent"], {"rms": rms(errors), "worst": worst, "valid": len(valid), "valid_rms": rms([e for e, _ in valid]),
+                                          **{key: sum(e <= k * sigma for e, sigma in valid) for key, k in (("one", 1), ("two", 2))}})
+
+
+def rms(errors):
+    known = [error for error in errors if not math.isnan(error)]
+    return math.sqrt(sum(error**2 for error in known) / len(known)) if known else math.nan
 
 
 def wilson(count, total):

@@ -3,8 +3,8 @@ import math
 
 import numpy as np
 
-from bodies import Block, Sheet, Tool, solid_share
-from render import Camera, at_depth, finer
+from truth.bodies import Block, Sheet, Tool, solid_share
+from truth.render import Camera, at_depth, finer
 
 KINDS = ("block", "round", "disc", "trapezoid", "stick", "cube", "kidney", "arc", "clutter", "foam")
 RATE = 30  # images per second

@@ -5,16 +5,11 @@ their thickness.
 Lengths in mm, moduli in kPa, forces in N. The face that the camera sees lies in the plane z = 0; y points up.
 """
 import math
-import os
-import pathlib
-import sys
 
-os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # spinning threads slow down small matrices on a busy machine
-import numpy as np  # noqa: E402
-from scipy.sparse.linalg import splu  # noqa: E402
+import numpy as np
+from scipy.sparse.linalg import splu
 
-sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "presses"))
-from presses import block_flat, bricks, elasticity, graded, meshed, sheet_flat, triangle_matrix, solve  # noqa: E402
+from truth.pressed_plane import block_flat, bricks, elasticity, graded, meshed, sheet_flat, solve, triangle_matrix
 
 UNDER = 24  # surface elements across the width of a tool
 GROWTH = 1.3  # ratio of the sizes of neighbouring bricks away from the tool
