@@ -17,8 +17,10 @@ Verdicts, of a case or of each estimate in a case:
 """
 import argparse
 import collections
+import contextlib
 import dataclasses
 import functools
+import json
 import math
 import multiprocessing
 import pathlib
@@ -150,6 +152,7 @@ def run(name, module, arguments):
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--only", default="", metavar="WORDS", help="cases whose name or group contains this")
     parser.add_argument("--jobs", type=int, default=1, help="cases at the same time")
+    parser.add_argument("--resume", type=pathlib.Path, metavar="FILE", help="file of results, from which a later run continues")
     parser.add_argument("--keep", type=pathlib.Path, help="folder for the files of the cases")
     getattr(module, "arguments", lambda _: None)(parser)
     options = parser.parse_args(arguments)
@@ -159,7 +162,7 @@ def run(name, module, arguments):
         options.folder.mkdir(parents=True, exist_ok=True)
         try:
             chosen = [case for case in module.cases(options) if options.only in case.name or options.only == case.group]
-            for case, outcome in zip(chosen, _outcomes(chosen, options.folder, options.jobs)):
+            for case, outcome in _outcomes(chosen, options.folder, options.jobs, options.resume):
                 results.append(Result(case, outcome))
                 print(row(case, outcome), flush=True)
         except Skipped as why:
@@ -198,13 +201,20 @@ def _outcome(number, folder):
         return verdict("refused", str(why).splitlines()[-1] if str(why) else "without a message", holds=False)
 
 
-def _outcomes(cases, folder, jobs):
-    """Yields the outcomes in the order of the cases. With several jobs each runs in a process of its own, because Gmsh needs
-    the main thread."""
-    _cases[:] = cases
+def _outcomes(cases, folder, jobs, file):
+    """Yields the cases with their outcomes in order. With several jobs each runs in a process of its own, because Gmsh needs the main
+    thread."""
+    known = {}
+    if file and file.exists():
+        for line in file.read_text().splitlines():
+            name, counts, text, holds, values = json.loads(line)
+            known[name] = Outcome(collections.Counter(counts), text, holds, values)
+    yield from ((case, known[case.name]) for case in cases if case.name in known)
+    _cases[:] = [case for case in cases if case.name not in known]
     one = functools.partial(_outcome, folder=folder)
-    if jobs == 1:
-        yield from map(one, range(len(cases)))
-        return
-    with multiprocessing.get_context("fork").Pool(jobs) as pool:
-        yield from pool.imap(one, range(len(cases)))
+    with multiprocessing.get_context("fork").Pool(jobs) if jobs > 1 else contextlib.nullcontext() as pool:
+        for case, outcome in zip(_cases, (pool.imap if jobs > 1 else map)(one, range(len(_cases)))):
+            if file:
+                with open(file, "a", encoding="utf-8") as lines:
+                    lines.write(json.dumps([case.name, *dataclasses.astuple(outcome)]) + "\n")
+            yield case, outcome
