@@ -23,6 +23,7 @@ RULES = [
     (r"^tests/promises/", "test_promises"),
     (r"^tests/contributing/", "contributing"),
     (r"^tests/e2e/", "e2e_"),
+    (r"^tests/campaigns/", "^campaigns$"),
     (r"^(slave/(live|service|commands)|master|shared/link)/.*\.(h|cpp)$", "e2e_senses"),
 ]
 

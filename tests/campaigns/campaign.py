@@ -216,5 +216,5 @@ def _outcomes(cases, folder, jobs, file):
         for case, outcome in zip(_cases, (pool.imap if jobs > 1 else map)(one, range(len(_cases)))):
             if file:
                 with open(file, "a", encoding="utf-8") as lines:
-                    lines.write(json.dumps([case.name, *dataclasses.astuple(outcome)]) + "\n")
+                    lines.write(json.dumps([case.name, outcome.counts, outcome.text, outcome.holds, outcome.values]) + "\n")
             yield case, outcome

@@ -3,7 +3,6 @@
 A rejection must have an exit status other than 0 and name the cause. A force must be that of the same input in its plain form, an
 elastic modulus and a state within half a unit of the last digit in the README.
 """
-import csv
 import functools
 import pathlib
 import re
@@ -89,7 +88,7 @@ def state(*force, count=None):
     def check(result):
         if result.status:
             return f"status {result.status}"
-        rows = list(csv.DictReader(open(result.out / "states.csv")))
+        rows = runners.table(result.out / "states.csv")
         last = [float(rows[-1][key] or "nan") for key in ("fx", "fy", "fz")]
         near = all(abs(a - b) <= 2e-5 for a, b in zip(last, force))
         return (not near and f"state {last}") or (count and len(rows) != count and f"{len(rows)} samples")
@@ -101,7 +100,7 @@ def not_valid(check, but_below=0.0):
     def check_states(result):
         if result.status:
             return f"status {result.status}"
-        rows = list(csv.DictReader(open(result.out / "states.csv")))
+        rows = runners.table(result.out / "states.csv")
         size = [sum(float(row[key] or "nan")**2 for key in ("fx", "fy", "fz"))**0.5 for row in rows]
         valid = sum(row["validity"] == "valid" and not force < but_below for row, force in zip(rows, size))
         named = re.search(check, result.text) or any(re.search(check, row.get("check") or "") for row in rows)
@@ -131,7 +130,7 @@ def round_contact(result):
 
 
 def forces_of(answers):
-    return [[float(row[key] or "nan") for key in ("fx", "fy", "fz")] for row in csv.DictReader(open(answers))]
+    return [runners.vector(row) for row in runners.table(answers)]
 
 
 def force(plain):
@@ -324,7 +323,7 @@ MORE_EXPECTED = {
 def three_valid_states(result):
     if result.status:
         return f"status {result.status}: {result.text[-200:]}"
-    rows = list(csv.DictReader(open(result.out / "states.csv")))
+    rows = runners.table(result.out / "states.csv")
     wrong = [row for row in rows if row["validity"] != "valid" or abs(float(row["fy"] or "nan")) > 0.005]
     return (len(rows) != 3 and f"{len(rows)} states") or (wrong and f"{wrong[0]}")
 

@@ -16,8 +16,6 @@ The channel is one of those that this press changes by more than a fifth of the 
 first. A state is silent if it is `valid` and off by more than three sigma and more than 5 % of the largest force. The first
 0.1 s after the begin of a fault do not count: the checks need ten samples.
 """
-import csv
-
 import numpy as np
 
 import campaign
@@ -111,10 +109,8 @@ def altered(kind, values, forces, random):
 
 def felt(folder, scene, values, forces, at):
     (folder / "pad.yaml").write_text(scene, encoding="ascii")
-    with open(folder / "altered.csv", "w", newline="", encoding="ascii") as file:
-        rows = csv.writer(file)
-        rows.writerow(["t", *(f"c{k + 1} [kPa]" for k in range(values.shape[1]))])
-        rows.writerows([f"{k / RATE:.2f}", *(f"{x:.4f}" for x in row)] for k, row in enumerate(values))
+    runners.write_table(folder / "altered.csv", ["t", *(f"c{k + 1} [kPa]" for k in range(values.shape[1]))],
+                        ([f"{k / RATE:.2f}", *(f"{x:.4f}" for x in row)] for k, row in enumerate(values)))
     states = [(round(float(row["t"]) * RATE), row) for row in runners.process(folder / "pad.yaml", folder / "out")]
     # The force of a state is that of the object on the pad.
     estimates = [Estimate(runners.vector(row), tuple(-forces[k]), float(row["sigma"] or "nan"), row["validity"], row["check"])

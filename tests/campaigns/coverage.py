@@ -17,6 +17,7 @@ import numpy as np
 from alter import readings
 from campaign import Case, Outcome, size, verdict
 from cells import Alteration, Stage
+from draw import Dice, vector
 
 COUNT = 50
 EDGE = 0.1  # of a press's largest force
@@ -33,33 +34,6 @@ def arguments(parser):
     parser.add_argument("--exact", action="store_true", help="the true modulus is given, as certain")
 
 
-class Dice:
-    """Draws of std::mt19937, the first 16 numbers apart."""
-
-    def __init__(self, seed):
-        self.random = np.random.RandomState(seed)
-        self.random.randint(0, 2**32, 16, np.uint32)
-
-    def share(self):
-        return float(self.random.randint(0, 2**32, dtype=np.uint32)) / 2**32
-
-    def between(self, low, high):
-        return low + (high - low) * self.share()
-
-    def decades(self, low, high):
-        return low * (high / low) ** self.share()
-
-    def chance(self, p):
-        return self.share() < p
-
-    def whole(self, low, high):
-        return low + int(self.share() * (high - low + 1))
-
-    def normal(self):
-        radius = math.sqrt(-2 * math.log(max(1 - self.share(), 1e-12)))
-        return radius * math.cos(2 * math.pi * self.share())
-
-
 def normal_quantile(below):
     low, high = -8.0, 8.0
     for _ in range(60):
@@ -74,10 +48,6 @@ def spread(seed, number):
     while number > 0:
         share, number, digit = share + digit * (number % 2), number // 2, digit / 2
     return share - math.floor(share)
-
-
-def vector(*values):
-    return "[" + ", ".join(f"{value:.9g}" for value in values) + "]"
 
 
 def images(dice):

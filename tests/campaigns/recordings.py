@@ -5,9 +5,7 @@ It is right if it does and silent if it does not. "by the data's README" marks f
 its authors published none. Sets without a force, a shape or a material that a command estimates are in ELSEWHERE.
 """
 import collections
-import csv
 import functools
-import json
 import math
 import os
 import re
@@ -38,17 +36,6 @@ def run(*words, accept=(0,)):
 
 def slave(command, *words, accept=(0,)):
     return run(runners.SLAVE, command, *words, accept=accept)
-
-
-def report_of(command, folder, *words, accept=(0,)):
-    slave(command, *words, "--out", folder, accept=accept)
-    return json.loads((folder / "report.json").read_text())
-
-
-def write(file, names, rows):
-    with open(file, "w", encoding="utf-8", newline="") as table:
-        csv.writer(table).writerows([names, *rows])
-    return file
 
 
 def rounded(value):
@@ -82,14 +69,14 @@ def modulus_of(report):
 
 
 def identified(folder, name, *words):
-    what, value, half = modulus_of(report_of("identify", folder, *words))
+    what, value, half = modulus_of(runners.report(folder, "identify", *words))
     return Row(f"{name}: {what}", NONE, within(value, half))
 
 
 def silicone_compression(folder):
     """Compares each interval of specimen A1 also with specimen B1."""
     def modulus(file):
-        return modulus_of(report_of("identify", folder, f"compression={file}", "--diameter", "50mm", "--height", "30mm", "--ends",
+        return modulus_of(runners.report(folder, "identify", f"compression={file}", "--diameter", "50mm", "--height", "30mm", "--ends",
                                     "bonded"))
     published = {row["material"]: float(row["elastic_modulus_mean_kPa"])
                  for row in runners.table(DATA / "silicone_compression/elastic_modulus_kPa.csv")}
@@ -117,7 +104,7 @@ def hyperelastic_curves(folder):
 
 def foam_curves(folder):
     """No incompressible law fits a foam: `identify` rejects them and states chord moduli."""
-    report = report_of("identify", folder, *tables(DATA / "foam_curves/foam_leap", "tension=UT compression=UC shear=SS"))
+    report = runners.report(folder, "identify", *tables(DATA / "foam_curves/foam_leap", "tension=UT compression=UC shear=SS"))
     laws = report.get("best", "no law")
     for chord in report["moduli"]:
         yield Row(f"midsole, {chord['test']}: chord modulus; {laws} fits at rest", NONE,
@@ -155,15 +142,15 @@ def silicone_beam(folder):
     scene = folder / "beam.yaml"
     scene.write_text(BEAM)
     rows = [[take, *at, "", "", "", "", "", f"{dz:.6f}"] for take in ("gravity_a", "gravity_b") for at, dz in zip(MARKERS, sag(take))]
-    loads = write(folder / "sag.csv", "case x y z fx fy fz dx dy dz".split(), rows)
-    fit = report_of("identify", folder, f"loads={loads}", "--scene", scene)["loads"]
+    loads = runners.write_table(folder / "sag.csv", "case x y z fx fy fz dx dy dz".split(), rows)
+    fit = runners.report(folder, "identify", f"loads={loads}", "--scene", scene)["loads"]
     value, half = fit["young_modulus_Pa"] / 1e3, 1.96 * fit["sigma_Pa"] / 1e3
     alone = " and ".join(f"{E / 1e3:.4g}" for E in dict(fit["alone_Pa"]).values())
     yield Row("modulus from its own weight", "263.8 kPa, fit of the authors' simulator",
               f"{within(value, half)}; takes alone {alone}", covers(value - half, 263.8, value + half))
     # The load is where the authors' code has it.
     edge = [["tip", 0.1, 0.006 * k, 0.03, 0, 0, -WEIGHT / 6] for k in range(6)]
-    hung = write(folder / "weight.csv", "case x y z fx fy fz".split(), edge + [["tip", *at, 0, 0, 0] for at in MARKERS])
+    hung = runners.write_table(folder / "weight.csv", "case x y z fx fy fz".split(), edge + [["tip", *at, 0, 0, 0] for at in MARKERS])
     slave("solve", scene, "--override", f"object.material.young_modulus={1e3 * value} Pa", "--loads", hung, "--out", folder / "tip.csv")
     solved = np.array([float(row["dz"]) for row in runners.table(folder / "tip.csv")[len(edge):]])
     for take in ("load52_a", "load52_b"):
@@ -177,8 +164,8 @@ def silicone_beam(folder):
 
 def judged(folder, name, names, rows):
     """Runs `verify --forces` and returns its card."""
-    file = write(folder / f"{name}.csv", names, rows)
-    return report_of("verify", folder, "--forces", file, accept=(0, 1))["cards"][0]
+    file = runners.write_table(folder / f"{name}.csv", names, rows)
+    return runners.report(folder, "verify", "--forces", file, codes=(0, 1))["cards"][0]
 
 
 def interval(card, key):
@@ -291,11 +278,11 @@ def image_numbers():
 
 def membrane_press_rgbd(folder):
     measured = wrench()
-    table = write(folder / "wrench.csv", ["sequence", "force"],
+    table = runners.write_table(folder / "wrench.csv", ["sequence", "force"],
                   [[i, f"{measured[number]:.4f}"] for i, number in enumerate(image_numbers(), 1) if number <= LAST_FITTED])
     published = "6.8 to 7.9 % of the peak"
     yield Row("force on later images, rms, with 1212 and 295 N/m", published, press_error(folder, "stated", STATED))
-    fit = report_of("identify", folder, f"images={table}", "--scene", folder / "stated.yaml")["images"]
+    fit = runners.report(folder, "identify", f"images={table}", "--scene", folder / "stated.yaml")["images"]
     fitted = f"{fit['young_modulus_Pa']:.6g} Pa", f"{fit['prestress_N_per_m']:.6g} N/m"
     yield Row(f"the same, `identify images` on images up to {LAST_FITTED}, with its offset of {fit['offset_N']:.2f} N", published,
               press_error(folder, "fitted", fitted, fit["offset_N"]))

@@ -9,13 +9,11 @@ import functools
 import math
 from typing import Callable, NamedTuple
 
-import numpy as np
-
 from alter import images, readings
 from alter.engine import Engine
 from alter.images import both, bump, on_side, since
 from alter.moment import ALWAYS, AT_REST, PRESSED, has_begun
-from campaign import Case, Outcome, in_words, rms, share, size, verdict
+from campaign import Case, Outcome, rms, share, size, verdict
 from cells import Alteration, Stage, together
 
 SIGMAS, MAX_ERROR = 3, 0.05
@@ -192,7 +190,8 @@ def camera_trials():
     # Line.
     for part in ("upper", "lower"):
         yield from row(f"{part} part old", "%", [], [30, 50, 80], lambda s, part=part: Alteration(stale=images.partly_old(part, s / 100)))
-        yield from row(f"{part} part grey while pressed", "%", [], [30, 50, 80], lambda s, part=part: since(PRESSED, images.partly_grey(part, s / 100)))
+        yield from row(f"{part} part grey while pressed", "%", [], [30, 50, 80],
+                       lambda s, part=part: since(PRESSED, images.partly_grey(part, s / 100)))
     yield from row("blocks lost", "%", [], [2, 10, 30], lambda s: Alteration(stale=images.blocks_lost(s / 100)))
     yield from one("mirrored from rest on", Alteration(since(AT_REST, images.mirrored(1))))
     yield from one("upside down from rest on", Alteration(since(AT_REST, images.mirrored(0))))

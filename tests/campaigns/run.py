@@ -16,7 +16,7 @@ import sys
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # threads of BLAS wait by spinning
 import campaign  # noqa: E402
 
-NAMES = {path.stem for path in pathlib.Path(__file__).parent.glob("*.py")} - {"run", "campaign", "runners", "cells"}
+NAMES = {path.stem for path in pathlib.Path(__file__).parent.glob("*.py")} - {"run", "campaign", "runners", "cells", "draw", "test_campaign"}
 
 
 def main():

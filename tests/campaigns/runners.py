@@ -1,5 +1,6 @@
 """Runs the built programs on the files of a case."""
 import csv
+import json
 import os
 import pathlib
 import subprocess
@@ -45,6 +46,18 @@ def table(file):
     return rows_of(file.read_text(encoding="utf-8"))
 
 
+def write_table(file, names, rows):
+    with open(file, "w", newline="", encoding="utf-8") as lines:
+        csv.writer(lines).writerows([names, *rows])
+    return file
+
+
+def report(folder, command, *words, codes=(0,)):
+    """Runs a command of the slave that writes FOLDER/report.json."""
+    run(SLAVE, command, *words, "--out", folder, codes=codes)
+    return json.loads((folder / "report.json").read_text())
+
+
 def process(scene, out, *options, overrides=()):
     """Returns the rows of states.csv."""
     run(SLAVE, "process", scene, "--out", out, *options, *(word for one in overrides for word in ("--override", one)))
@@ -55,6 +68,12 @@ def solve(scene, contacts, answers):
     """Returns the rows of the answers, and the remarks of the program."""
     remarks = run(SLAVE, "solve", scene, "--contacts", contacts, "--out", answers).stderr
     return table(answers), remarks
+
+
+def study(scene, out, budget):
+    """Returns the rows of study.csv."""
+    run(SLAVE, "study", scene, "--out", out, "--budget", budget)
+    return table(out / "study.csv")
 
 
 def vector(row, prefix="f"):

@@ -22,6 +22,7 @@ import numpy as np
 
 import runners
 from campaign import Case, verdict
+from draw import box_mesh, gmsh_2
 
 MAX_UNHELPFUL = 5  # largest number of unhelpful messages
 
@@ -162,42 +163,8 @@ IN_JSON = {
 # ---- meshes of the same box
 
 
-def box_mesh():
-    n = np.array([9, 9, 5])
-    grid = np.stack(np.meshgrid(*(np.arange(k) for k in n), indexing="ij"), axis=-1).reshape(-1, 3)
-    number = np.arange(len(grid)).reshape(n)
-    elements = []
-    for i, j, k in np.ndindex(8, 8, 4):
-        for order in ((0, 1, 2), (0, 2, 1), (1, 0, 2), (1, 2, 0), (2, 0, 1), (2, 1, 0)):
-            corner, path = [i, j, k], [(i, j, k)]
-            for axis in order:
-                corner[axis] += 1
-                path.append(tuple(corner))
-            elements.append([number[place] for place in path])
-    elements = np.array(elements)
-    nodes = 0.005 * grid
-    a, b, c, d = (nodes[elements[:, i]] for i in range(4))
-    turned = np.einsum("ij,ij->i", np.cross(b - a, c - a), d - a) < 0
-    elements[turned] = elements[turned][:, [0, 1, 3, 2]]
-    return nodes, elements
-
-
 def meshed(name, text, unit=""):
     return {**gel(geometry="{mesh: %s%s}" % (name, unit)), name: text, **PRESSES}
-
-
-def gmsh_2(nodes, elements, binary=False):
-    if binary:
-        text = b"$MeshFormat\n2.2 1 8\n" + struct.pack("<i", 1) + b"\n$EndMeshFormat\n$Nodes\n%d\n" % len(nodes)
-        text += b"".join(struct.pack("<iddd", i + 1, *p) for i, p in enumerate(nodes))
-        text += b"\n$EndNodes\n$Elements\n%d\n" % len(elements) + struct.pack("<iii", 4, len(elements), 2)
-        text += b"".join(struct.pack("<iii4i", i + 1, 1, 1, *(e + 1)) for i, e in enumerate(elements))
-        return text + b"\n$EndElements\n"
-    lines = ["$MeshFormat", "2.2 0 8", "$EndMeshFormat", "$Nodes", str(len(nodes))]
-    lines += [f"{i + 1} %.9g %.9g %.9g" % tuple(p) for i, p in enumerate(nodes)]
-    lines += ["$EndNodes", "$Elements", str(len(elements))]
-    lines += [f"{i + 1} 4 2 1 1 " + " ".join(map(str, e + 1)) for i, e in enumerate(elements)]
-    return "\n".join(lines + ["$EndElements", ""])
 
 
 def surface_of(nodes, elements):
@@ -553,7 +520,8 @@ def torchscript():
 
 
 def rows():
-    nodes, elements = box_mesh()
+    nodes, elements = box_mesh((8, 8, 4))
+    nodes = 0.005 * nodes
     abaqus_nodes = "".join(f"{i + 1}, %.9g, %.9g, %.9g\n" % tuple(p) for i, p in enumerate(nodes))
     abaqus_elements = "*ELEMENT, TYPE=C3D4\n" + "".join(f"{i + 1}, {', '.join(map(str, e + 1))}\n" for i, e in enumerate(elements))
     tetgen_nodes = f"{len(nodes)} 3 1 1\n" + "".join(f"{i} %.9g %.9g %.9g 7 0\n" % tuple(p) for i, p in enumerate(nodes))

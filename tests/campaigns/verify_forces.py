@@ -5,7 +5,6 @@ case is right if the report finds the corrupted quantity wrong with its size, an
 turned axes must always be named. With a wrong unit the factor includes this scale and fits no unit; then the scale must be named
 with its size, and no unit. A clean subset is right without an alarm, and flagged with one.
 """
-import csv
 import functools
 import json
 import math
@@ -221,15 +220,11 @@ def card_of(rows, folder, source):
         return judge_bag(rows, folder, source)
     with_time, with_sigma = rows[0][0] is not None, rows[0][3] is not None
     names = ["t"] * with_time + [f"{w}_f{a}" for w in ("measured", "estimated") for a in "xyz"] + ["sigma"] * with_sigma
-    with open(folder / "forces.csv", "w", encoding="utf-8", newline="") as table:
-        out = csv.writer(table)
-        out.writerow(names)
-        for t, m, e, s in rows:
-            out.writerow([f"{x:.9g}" for x in [t] * with_time + list(m) + list(e) + [s] * with_sigma])
+    file = runners.write_table(folder / "forces.csv", names, ([f"{x:.9g}" for x in [t] * with_time + list(m) + list(e) + [s] * with_sigma]
+                                                              for t, m, e, s in rows))
     if source == "csv":
-        return judge_by_python([folder / "forces.csv"], folder)
-    runners.run(runners.SLAVE, "verify", "--forces", folder / "forces.csv", "--out", folder / "card", codes=(0, 1))
-    return json.loads((folder / "card" / "report.json").read_text())["cards"][0]
+        return judge_by_python([file], folder)
+    return runners.report(folder / "card", "verify", "--forces", file, codes=(0, 1))["cards"][0]
 
 
 def found_in(card, result="wrong"):
