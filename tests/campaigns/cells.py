@@ -12,7 +12,7 @@ import numpy as np
 import runners
 from alter.images import shifted
 from alter.moment import Moment, Script, has_begun
-from campaign import Estimate
+from campaign import Estimate, Skipped
 
 PROGRAM = runners.BIN / "campaign_cell"
 
@@ -51,6 +51,8 @@ def together(a, b):
 
 @functools.cache
 def program():
+    if not PROGRAM.exists():
+        raise Skipped(f"no {PROGRAM}: expected deploy/build.sh release -DPALPATE_TESTS=ON -- campaigns")
     return subprocess.Popen([PROGRAM], stdin=subprocess.PIPE, stdout=subprocess.PIPE)
 
 

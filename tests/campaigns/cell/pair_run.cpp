@@ -28,11 +28,11 @@ struct CameraPair {
 
   [[nodiscard]] const Lens& lens(int side) const { return side == 0 ? rig.left : rig.right; }
   // S -> the camera of this side.
-  [[nodiscard]] Isometry3d X_CS(int side) const {
+  [[nodiscard]] Isometry3d ToCamera(int side) const {
     return side == 0 ? X_SL.inverse() : rig.X_RL * X_SL.inverse();
   }
   [[nodiscard]] Vector2d ImageOf(int side, const Vector3d& p_S, const Vector2d& otherwise) const {
-    return Project(lens(side), X_CS(side) * p_S).value_or(otherwise);
+    return Project(lens(side), ToCamera(side) * p_S).value_or(otherwise);
   }
 };
 
@@ -42,7 +42,7 @@ nlohmann::json SpaceOf(const Scene& scene, const CameraPair& cameras) {
   for (const int side : {0, 1}) {
     const Lens& lens = cameras.lens(side);
     const Eigen::Matrix<double, 3, 4, Eigen::RowMajor> X_CS =
-        cameras.X_CS(side).matrix().topRows<3>();
+        cameras.ToCamera(side).matrix().topRows<3>();
     nlohmann::json dots = nlohmann::json::array();
     for (const Vector2d& p_O : DotPlaces(*scene.sense.Find<PointTracking>())) {
       const Vector2d at = cameras.ImageOf(side, scene.object.X_SO * Vector3d(p_O.x(), p_O.y(), 0),
@@ -89,7 +89,8 @@ Run RunOfPair(const Scene& scene, const Counts& counts) {
   for (const int side : {0, 1}) {
     View& view = views[static_cast<std::size_t>(side)];
     view.tip = view.pressed = cameras.ImageOf(side, pressed_S, Vector2d(0, 0));
-    view.width = scene.tool->width * cameras.lens(side).fx / (cameras.X_CS(side) * pressed_S).z();
+    view.width =
+        scene.tool->width * cameras.lens(side).fx / (cameras.ToCamera(side) * pressed_S).z();
   }
   StereoSite site(scene);
   for (std::size_t i = 0; i < counts.all(); ++i) {
