@@ -19,7 +19,7 @@ case $system in
 esac
 
 packages=("clang-$clang" cmake ninja-build protobuf-compiler protobuf-compiler-grpc libprotobuf-dev libgrpc++-dev libeigen3-dev
-          libopencv-core-dev libopencv-imgproc-dev libpng-dev libjpeg-dev libyaml-cpp-dev libcli11-dev
+          libopencv-core-dev libopencv-imgproc-dev libopencv-video-dev libpng-dev libjpeg-dev libyaml-cpp-dev libcli11-dev
           libspdlog-dev nlohmann-json3-dev libboost-dev libmetis-dev liblapacke-dev libopenblas0-pthread zlib1g-dev
           libzstd-dev libnats-dev)
 # palpate-cameras.so: videos, cameras, images other than PNG and JPEG; without the base plugins no GStreamer pipeline ends in an appsink.

@@ -107,9 +107,9 @@ class TexturePointTracker final : public PairPointTracker {
   [[nodiscard]] bool at_rest_known() const override { return texture_->started(); }
   [[nodiscard]] Eigen::Vector2d PlaceInImage(std::size_t i) const noexcept override {
     const auto& windows = texture_->left_windows();
-    return i < windows.size() && windows[i].seen() ? windows[i].warp.p : kUnseen;
+    return i < windows.size() && windows[i].seen ? windows[i].warp.p : kUnseen;
   }
-  [[nodiscard]] double radius_px() const override { return 0.5 * options_.ssd.window; }
+  [[nodiscard]] double radius_px() const override { return 0.5 * options_.flow.window; }
   [[nodiscard]] int rest_images() const override { return 1; }
   [[nodiscard]] std::string stage() const override { return "texture"; }
 

@@ -100,7 +100,7 @@ std::optional<double> NearestInBoth(const StereoRig& rig) noexcept {
 
 std::optional<PatchWarp> SearchEpipolar(const Lens& from, const Lens& to,
                                         const Eigen::Isometry3d& X_TF, const PatchWarp& seen,
-                                        PatchAligner& window, const ImagePyramid& image, int level,
+                                        PatchAligner& window, const cv::Mat& image, int level,
                                         const EpipolarOptions& options) noexcept {
   const double step = 1 << level;  // one pixel at this level
   const double apart = 3 * step;   // distance beyond which a peak counts as another one
@@ -115,7 +115,7 @@ std::optional<PatchWarp> SearchEpipolar(const Lens& from, const Lens& to,
   for (int k = 0; k < max_steps && line.Next(step); ++k) {
     const auto warp = WarpAt(line, seen);
     if (!warp) continue;
-    const double score = window.Score(image[level], warp->OnLevel(level));
+    const double score = window.Score(image, warp->OnLevel(level));
     const bool same = best.score > -1 && (warp->p - best.warp.p).norm() <= apart;
     if (score > best.score) {
       if (!same) elsewhere = std::max(elsewhere, best.score);

@@ -5,10 +5,10 @@
 #include <optional>
 
 #include <Eigen/Geometry>
+#include <opencv2/core/mat.hpp>
 
 #include "slave/vision/patch_aligner.h"
 #include "slave/vision/stereo/rig.h"
-#include "slave/vision/texture/image_pyramid.h"
 
 namespace palpate {
 
@@ -58,12 +58,12 @@ struct EpipolarOptions {
   double min_margin = 0.03;
 };
 
-// `seen` in the image of `from`; its window on `level` is searched in `image`, taken by `to`,
-// from infinity to the nearest depth that both cameras see; X_TF: p_to = X_TF p_from. nullopt: not
-// found, or ambiguous. Real-time safe.
+// `seen` in the image of `from`; its window on `level` is searched in `image`, taken by `to` and
+// on the same level, from infinity to the nearest depth that both cameras see; X_TF: p_to = X_TF
+// p_from. nullopt: not found, or ambiguous. Real-time safe.
 std::optional<PatchWarp> SearchEpipolar(const Lens& from, const Lens& to,
                                         const Eigen::Isometry3d& X_TF, const PatchWarp& seen,
-                                        PatchAligner& window, const ImagePyramid& image, int level,
+                                        PatchAligner& window, const cv::Mat& image, int level,
                                         const EpipolarOptions& options) noexcept;
 
 }  // namespace palpate

@@ -9,6 +9,7 @@
 namespace palpate {
 namespace {
 
+constexpr int kLevel = FlowTracker::kCoarseLevel;  // on which one camera searches the other's image
 constexpr int kSearchesPerPair =
     4;  // [-] [tuned: APointLostInOneCameraIsInvisibleUntilRaysMeetAgain]
 
@@ -31,7 +32,7 @@ StereoTextureOptions StereoTextureOptions::From(const PointTracking& points) {
   options.at = points.at;
   options.count = points.count;
   options.sigma = points.sigma;
-  options.ssd.window = points.window;
+  options.flow.window = points.window;
   return options;
 }
 
@@ -39,20 +40,19 @@ StereoTexture::StereoTexture(const StereoRig& rig, const Eigen::Isometry3d& X_SL
                              const StereoTextureOptions& options)
     : rig_(rig), X_RL_(rig.X_RL), X_LR_(rig.X_RL.inverse()), X_SL_(X_SL), options_(options) {
   Check(options);
-  SsdTracker(cv::Mat::zeros(64, 64, CV_8UC1), {}, options.ssd);  // checks the options
+  FlowTracker(cv::Mat::zeros(64, 64, CV_8UC1), {}, options.flow);  // checks the options
 }
 
 StereoTexture::~StereoTexture() = default;
 
 bool StereoTexture::Start(const cv::Mat& left, const cv::Mat& right) {
-  const int edge = options_.ssd.window;
+  const int edge = options_.flow.window;
   const auto at =
       !options_.at.empty() ? options_.at : ChooseWindows(left, options_.count, edge, 0.5 * edge);
   if (at.empty()) return false;
-  auto first = std::make_unique<SsdTracker>(left, at, options_.ssd);
-  auto second = std::make_unique<SsdTracker>(first->InOtherCamera(right));
-  level_ = std::min(1, first->image().levels() - 1);
-  back_ = std::make_unique<PatchAligner>(first->Template(0, level_).edge());
+  auto first = std::make_unique<FlowTracker>(left, at, options_.flow);
+  auto second = std::make_unique<FlowTracker>(first->InOtherCamera(right));
+  back_ = std::make_unique<PatchAligner>(first->coarse_template(0).edge());
   has_rest_.assign(at.size(), false);
   observation_.points.assign(at.size(), {});
   left_ = std::move(first);  // no exceptions from here on, so that both are set or none
@@ -75,14 +75,14 @@ bool StereoTexture::Start(const cv::Mat& left, const cv::Mat& right) {
 // it.
 void StereoTexture::RelocateLostSide(std::size_t i) noexcept {
   const TrackedWindow &l = left_->windows()[i], &r = right_->windows()[i];
-  if (l.seen() == r.seen()) return;
-  const bool to_left = r.seen();
-  SsdTracker& other = to_left ? *left_ : *right_;
+  if (l.seen == r.seen) return;
+  const bool to_left = r.seen;
+  FlowTracker& other = to_left ? *left_ : *right_;
   const auto there =
-      to_left ? SearchEpipolar(rig_.right, rig_.left, X_LR_, r.warp, left_->Template(i, level_),
-                               left_->image(), level_, options_.search)
-              : SearchEpipolar(rig_.left, rig_.right, X_RL_, l.warp, right_->Template(i, level_),
-                               right_->image(), level_, options_.search);
+      to_left ? SearchEpipolar(rig_.right, rig_.left, X_LR_, r.warp, left_->coarse_template(i),
+                               left_->coarse_image(), kLevel, options_.search)
+              : SearchEpipolar(rig_.left, rig_.right, X_RL_, l.warp, right_->coarse_template(i),
+                               right_->coarse_image(), kLevel, options_.search);
   if (there && other.Place(i, *there) && !ReturnsToStart(i, to_left)) other.Lose(i);
 }
 
@@ -90,17 +90,15 @@ void StereoTexture::RelocateLostSide(std::size_t i) noexcept {
 bool StereoTexture::ReturnsToStart(std::size_t i, bool to_left) noexcept {
   const PatchWarp &l = left_->windows()[i].warp, &r = right_->windows()[i].warp;
   const PatchWarp &found = to_left ? l : r, &known = to_left ? r : l;
-  const ImagePyramid& image = (to_left ? left_ : right_)->image();
-  if (!back_->Cut(image[level_], found.OnLevel(level_), PatchAligner::Freedom::kShift)) {
-    return false;
-  }
+  const cv::Mat& image = (to_left ? left_ : right_)->coarse_image();
+  if (!back_->Cut(image, found.OnLevel(kLevel), PatchAligner::Freedom::kShift)) return false;
   EpipolarOptions best_alone = options_.search;
   best_alone.min_margin = 0;
   const auto home = to_left ? SearchEpipolar(rig_.left, rig_.right, X_RL_, found, *back_,
-                                             right_->image(), level_, best_alone)
+                                             right_->coarse_image(), kLevel, best_alone)
                             : SearchEpipolar(rig_.right, rig_.left, X_LR_, found, *back_,
-                                             left_->image(), level_, best_alone);
-  const double max_miss = 2 * (1 << level_);  // [px]; step of the search
+                                             left_->coarse_image(), kLevel, best_alone);
+  const double max_miss = 2 * (1 << kLevel);  // [px]; step of the search
   return home && (home->p - known.p).norm() <= max_miss;
 }
 
@@ -108,7 +106,7 @@ bool StereoTexture::Locate(std::size_t i) noexcept {
   SurfacePoint& point = observation_.points[i];
   point.seen = false;
   const TrackedWindow &l = left_->windows()[i], &r = right_->windows()[i];
-  if (!l.seen() || !r.seen()) return false;
+  if (!l.seen || !r.seen) return false;
   // Uses the worse axis of both images, but at least the scene's value.
   const double variance = std::max(l.covariance.trace(), r.covariance.trace()) / 2;
   const double sigma = std::max(options_.sigma, std::sqrt(variance));
@@ -136,7 +134,7 @@ void StereoTexture::Pair() noexcept {
   int searches = kSearchesPerPair;
   for (std::size_t n = 0; n < count && searches > 0; ++n) {
     const std::size_t i = (next_search_ + n) % count;
-    if (left_->windows()[i].seen() == right_->windows()[i].seen()) continue;
+    if (left_->windows()[i].seen == right_->windows()[i].seen) continue;
     RelocateLostSide(i);
     if (--searches == 0) next_search_ = i + 1;
   }

@@ -15,7 +15,7 @@
 #include "slave/vision/stereo/rig.h"
 #include "slave/vision/stereo/surface_points.h"
 #include "slave/vision/texture/epipolar_line.h"
-#include "slave/vision/texture/ssd_tracker.h"
+#include "slave/vision/texture/flow_tracker.h"
 
 namespace palpate {
 
@@ -25,7 +25,7 @@ struct StereoTextureOptions {
   int count = 31;         // of chosen windows, at most; 1 to 10000
   double sigma = 0.1;     // smallest sigma of a position in an image [px], > 0
   double max_miss = 1.5;  // distance of the two rays, in pixels of the left image [px], > 0
-  SsdOptions ssd;
+  FlowOptions flow;
   EpipolarOptions search;
 
   static StereoTextureOptions From(const PointTracking& points);
@@ -40,9 +40,8 @@ class StereoTexture {
 
   // The first pair with at least one window visible to both cameras starts the tracking and defines
   // the rest shape (a window that both see only later is at rest at its first position). Unusable
-  // images (not 8 bit, of another size) give no visible points, and `found` false. noexcept except
-  // the start, which allocates and may throw std::invalid_argument: images too small for the
-  // pyramid. Then it has not started.
+  // images (not 8 bit, of another size) give no visible points, and `found` false. Throws
+  // std::invalid_argument at the start: images too small. Then it has not started.
   const SurfaceObservation& Process(const cv::Mat& left, const cv::Mat& right);
 
   [[nodiscard]] bool started() const { return left_ != nullptr; }
@@ -59,9 +58,8 @@ class StereoTexture {
   StereoRig rig_;
   Eigen::Isometry3d X_RL_, X_LR_, X_SL_;
   StereoTextureOptions options_;
-  std::unique_ptr<SsdTracker> left_, right_;
-  std::unique_ptr<PatchAligner> back_;  // cut again for every tracking back
-  int level_ = 0;                       // of the pyramid, on which one camera searches the other's
+  std::unique_ptr<FlowTracker> left_, right_;
+  std::unique_ptr<PatchAligner> back_;  // cut again for every search back
   std::vector<bool> has_rest_;
   std::size_t next_search_ = 0;  // index of the next window that one camera lost
   SurfaceObservation observation_;

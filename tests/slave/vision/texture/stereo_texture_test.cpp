@@ -7,7 +7,6 @@
 #include <opencv2/core.hpp>
 
 #include "tests/slave/vision/texture/target_images.h"
-#include "tests/support/allocation_count.h"
 
 namespace palpate {
 namespace {
@@ -97,15 +96,6 @@ TEST_F(StereoTextureTest, ImagesThatCannotBeUsedLeaveEverythingUnseen) {
     EXPECT_TRUE(seen.points.front().p_S.allFinite());
   }
   EXPECT_TRUE(texture.Process(pair.left, pair.right).found);
-}
-
-TEST_F(StereoTextureTest, NothingIsAllocatedPerPair) {
-  const auto rest = images.Take(kRest), moved = images.Take({0.001, 0, 0.001});
-  ASSERT_TRUE(texture.Process(rest.left, rest.right).found);
-  const long before = AllocationCount();
-  const bool found = texture.Process(moved.left, moved.right).found;
-  EXPECT_EQ(AllocationCount(), before);
-  EXPECT_TRUE(found);
 }
 
 }  // namespace

@@ -1,7 +1,7 @@
 #include <gtest/gtest.h>
 
 #include "slave/vision/patch_aligner.h"
-#include "slave/vision/texture/image_pyramid.h"
+#include "slave/vision/texture/flow_tracker.h"
 #include "tests/slave/vision/texture/texture_images.h"
 
 namespace palpate {
