@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # Installs missing packages on Debian 12 and 13: those of palpate-slave and palpate-master, and those of the named parts.
-# usage: deploy/install.sh [insertion] [cameras] [calibration] [clouds] [mesher] [training] [view] [page] [plots] [python] [packages] [tests] [bare] [fuzz] [gcc]
+# usage: deploy/install.sh [insertion] [cameras] [clouds] [mesher] [training] [view] [page] [plots] [python] [packages] [tests] [bare] [fuzz] [gcc]
 #   view: npm, which installs three.js and uPlot of the operator's page   page: view, the browser of its tests, and the tool that joins images
 #   plots: matplotlib of palpate.plot   python: the Python package with its models, and pip that builds it   packages: deploy/package.sh   tests: all parts and the packages of their tests   bare: tests of the packages in a bare Debian
 #   fuzz: packages of the fuzzers   gcc: the second compiler of the tests
@@ -19,12 +19,11 @@ case $system in
 esac
 
 packages=("clang-$clang" cmake ninja-build protobuf-compiler protobuf-compiler-grpc libprotobuf-dev libgrpc++-dev libeigen3-dev
-          libopencv-core-dev libopencv-imgproc-dev libopencv-video-dev libpng-dev libjpeg-dev libyaml-cpp-dev libcli11-dev
+          libopencv-core-dev libopencv-imgproc-dev libopencv-calib3d-dev libopencv-video-dev libpng-dev libjpeg-dev libyaml-cpp-dev libcli11-dev
           libspdlog-dev nlohmann-json3-dev libboost-dev libmetis-dev liblapacke-dev libopenblas0-pthread zlib1g-dev
           libzstd-dev libnats-dev)
 # palpate-cameras.so: videos, cameras, images other than PNG and JPEG; without the base plugins no GStreamer pipeline ends in an appsink.
 cameras=(libopencv-videoio-dev gstreamer1.0-plugins-base)
-calibration=(libopencv-calib3d-dev)   # palpate-slave calibrate
 insertion=(python3)                   # motion and figures of the embryo demo
 training=(python3-torch python3-scipy python3-numpy python3-grpcio python3-protobuf)  # python3 -m palpate.train
 clouds=(libpcl-dev)                   # palpate-slave evaluate
@@ -42,14 +41,13 @@ for part in "$@"; do
     view) want_npm ;;
     page) packages+=(chromium webp); want_npm ;;
     cameras) packages+=("${cameras[@]}") ;;
-    calibration) packages+=("${calibration[@]}") ;;
     clouds) packages+=("${clouds[@]}") ;;
     mesher) packages+=("${mesher[@]}") ;;
     plots) packages+=("${plots[@]}") ;;
     python) packages+=("${python[@]}") ;;
     training) packages+=("${training[@]}") ;;
     tests)
-      packages+=("${cameras[@]}" "${calibration[@]}" "${clouds[@]}" "${mesher[@]}" "${training[@]}" libgtest-dev libgmock-dev libbenchmark-dev clang-format
+      packages+=("${cameras[@]}" "${clouds[@]}" "${mesher[@]}" "${training[@]}" libgtest-dev libgmock-dev libbenchmark-dev clang-format
                  clang-tidy "libclang-rt-$clang-dev" python3 mypy python3-grpcio python3-numpy python3-protobuf python3-serial python3-yaml iproute2 git openssl chromium universal-ctags
                  nats-server libspnav0 "${plots[@]}" "${python[@]}")
       want_npm ;;
@@ -57,7 +55,7 @@ for part in "$@"; do
     bare) packages+=(debootstrap lintian python3-yaml iproute2) ;;
     fuzz) packages+=("libclang-rt-$clang-dev" python3) ;;
     gcc) packages+=(g++) ;;
-    *) echo "install.sh: $part: expected insertion, cameras, calibration, clouds, mesher, training, view, page, plots, python, packages, tests, bare, fuzz, gcc" >&2; exit 2 ;;
+    *) echo "install.sh: $part: expected insertion, cameras, clouds, mesher, training, view, page, plots, python, packages, tests, bare, fuzz, gcc" >&2; exit 2 ;;
   esac
 done
 

@@ -40,7 +40,7 @@ fi
   { echo "package.sh: --version $version: expected a digit, then digits, letters and . + ~" >&2; exit 2; }
 
 if [ -z "$built" ]; then
-  deploy/install.sh cameras calibration clouds view packages
+  deploy/install.sh cameras clouds view packages
   deploy/page.sh || echo "the page will have no 3D view and no charts"
   deploy/build.sh release -DPALPATE_TESTS=OFF -DPALPATE_VALIDATE=OFF
 fi

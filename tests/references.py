@@ -85,7 +85,7 @@ def option_of(left, meaning):
     name, _, rest = left.partition(" ")
     default, repeat = "", ""
     is_required = rest.endswith("REQUIRED")
-    rest = re.sub(r"Excludes: .*", "", rest.removesuffix("REQUIRED")).strip()
+    rest = re.sub(r"(Needs|Excludes): .*", "", rest.removesuffix("REQUIRED")).strip()
     environment = re.search(r"\(Env:(\w+)\)", rest)
     if environment:
         rest = rest.replace(environment.group(0), "").strip()
@@ -93,7 +93,7 @@ def option_of(left, meaning):
         rest, repeat = rest.removesuffix("...").strip(), ", one or more"
     kind, has_default, value = rest.partition("=")
     if has_default:
-        rest, default = kind.strip(), f"`{value.partition(' Needs:')[0].strip()}`"
+        rest, default = kind.strip(), f"`{value.strip()}`"
     if "{false}" in name:
         name = name.replace("{false}", "")
     if is_required:

@@ -30,8 +30,8 @@ inline constexpr CommandProgram kCommandPrograms[] = {
     {"evaluate", "palpate-evaluate", "Compare the estimated shape with a measured point cloud",
      "clouds"},
     {"verify", "palpate-verify", "Test force, sign, frame and sigma with known loads", ""},
-    {"calibrate", "palpate-calibrate",
-     "Calibrate lens, stereo rig and pose of cameras from images of a board", "calibration"}};
+    {"calibrate", "palpate-tools",
+     "Calibrate lens, stereo rig and pose of cameras from images of a board", ""}};
 // nullptr: not one of these commands.
 const CommandProgram* FindCommandProgram(std::string_view command);
 

@@ -6,5 +6,6 @@ namespace palpate {
 int StudyMain(int argc, char** argv);
 int PrecomputeMain(int argc, char** argv);
 int IdentifyMain(int argc, char** argv);
+int CalibrateMain(int argc, char** argv);
 
 }  // namespace palpate

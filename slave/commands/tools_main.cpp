@@ -12,7 +12,10 @@ namespace {
 constexpr struct {
   std::string_view command;
   int (*main)(int argc, char** argv);
-} kTools[] = {{"study", StudyMain}, {"precompute", PrecomputeMain}, {"identify", IdentifyMain}};
+} kTools[] = {{"study", StudyMain},
+              {"precompute", PrecomputeMain},
+              {"identify", IdentifyMain},
+              {"calibrate", CalibrateMain}};
 
 }  // namespace
 }  // namespace palpate
@@ -22,6 +25,7 @@ int main(int argc, char** argv) {
   for (const auto& tool : palpate::kTools) {
     if (tool.command == command) return tool.main(argc, argv);
   }
-  std::fputs("palpate-tools: expected palpate-slave study, precompute or identify\n", stderr);
+  std::fputs("palpate-tools: expected palpate-slave study, precompute, identify or calibrate\n",
+             stderr);
   return palpate::kUnusable;
 }

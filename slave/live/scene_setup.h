@@ -75,8 +75,8 @@ class SceneSetup {
                                                  Progress* progress) = 0;
   // Calls FindOutlineNear: the object's outline in `image` near the polygon `near` [px].
   virtual FoundOutline FindOutline(const cv::Mat& image, CurveView near) = 0;
-  // Throws std::runtime_error: the board is not in the last image, or calibration is not installed;
-  // std::invalid_argument: the images.
+  // Throws std::runtime_error: the board is not in the last image; std::invalid_argument: the
+  // images.
   virtual FoundBoard FindBoard(const BoardImages& board, Progress* progress) = 0;
   // The image with which a scene would start. Throws std::runtime_error: there is none.
   [[nodiscard]] virtual cv::Mat StartImage(const std::stop_token& stop) = 0;

@@ -302,17 +302,15 @@ def no_state_is_valid(output, f):
 # ---- lenses of other programs, to register a camera of 640 x 480, fx 812
 
 LENS = np.array([[812.0, 0, 318.5], [0, 806.0, 243.25], [0, 0, 1]])
-# Rotation about x [rad], and position of the camera [m].
-POSE_ANGLE, POSE_AT = math.radians(150), np.array([0.04, 0.2, 0.3])
-REGISTER = "{BIN}/palpate-slave calibrate --register {F}/tips.csv --rig {F}/lens.yaml"
+# Position of the camera, which looks straight down on z = 0 [m].
+POSE_AT = np.array([0.04, 0.05, 0.3])
+REGISTER = "{BIN}/palpate-slave calibrate --register {F}/tips.csv --rig {F}/lens.yaml --plane"
 
 
 def tips(change=lambda uv: uv, lens=LENS):
     rng = np.random.default_rng(8)
-    c, s = math.cos(POSE_ANGLE), math.sin(POSE_ANGLE)
-    rotation = np.array([[1, 0, 0], [0, c, -s], [0, s, c]])
-    places = rng.uniform([-0.02, -0.02, 0], [0.1, 0.1, 0.05], (14, 3))
-    seen = (places - POSE_AT) @ rotation
+    places = rng.uniform([-0.02, -0.02, 0], [0.1, 0.1, 0], (14, 3))
+    seen = (places - POSE_AT) * [1, -1, -1]
     uv = change((seen / seen[:, 2:]) @ lens.T[:, :2] + rng.normal(0, 0.05, (14, 2)))
     return {"tips.csv": table(["x", "y", "z", "u", "v"], *places.T, *uv.T, form="%.6f")}
 
@@ -322,7 +320,7 @@ def pose_is_right(output, _):
     if not found:
         return False
     at = [float(re.sub(r"[^-+.\de]", "", part.replace("mm", "e-3").replace(" m", ""))) for part in found[1].split(",")]
-    return np.allclose(at, POSE_AT, atol=2e-3)
+    return np.allclose(at[:2], POSE_AT[:2], atol=2e-3)
 
 
 NUMBERS = ", ".join("%g" % x for x in LENS.ravel())

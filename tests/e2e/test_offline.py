@@ -12,7 +12,7 @@ from programs import (BLOCK, IS_DEEP, PATIENCE, ROOT, SLAVE, FolderTest, Slave, 
 
 # Libraries that a start may load. gRPC loads 55 and OpenCV's core 21. Those on demand each load more than all others together.
 MAX_LIBRARIES = 100
-ON_DEMAND = ("libopencv_videoio", "libopencv_imgcodecs", "libopencv_calib3d", "libpcl_", "libavcodec", "libgdal")
+ON_DEMAND = ("libopencv_videoio", "libopencv_imgcodecs", "libpcl_", "libavcodec", "libgdal")
 # Half of the memory after a start with all libraries linked. Most of it is the model and images decoded in advance.
 MAX_MEMORY = 60  # [MB]
 # Wake-ups per second of a slave whose arm reports nothing and that no client reads. Without idle throttling of watchdog, publisher and
@@ -306,7 +306,7 @@ class Nodule(FolderTest):
 
 # Commands, each with the separate library that contains it.
 COMMANDS = {"study": "tools", "precompute": "tools", "identify": "tools", "evaluate": "evaluate", "verify": "verify",
-            "calibrate": "calibrate"}
+            "calibrate": "tools"}
 
 
 class Parts(FolderTest):

@@ -41,7 +41,6 @@ const CALLS = [
     'No clear edge is near your clicks: click nearer to the edge, or light the object from the side.',
   ],
   ['outline', /./, 'The slave finds no outline there: click around the object again, near its edge.'],
-  ['board', /needs the part|calibration`/, 'Finding a board is not installed: run deploy/install.sh calibration, or use a ruler.'],
   [
     'board',
     /none of \d+ images shows a board/,

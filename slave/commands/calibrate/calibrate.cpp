@@ -1,157 +1,150 @@
 #include "slave/commands/calibrate/calibrate.h"
 
-#include <algorithm>
 #include <cstdio>
-#include <iterator>
+#include <map>
 #include <stdexcept>
 
 #include <fmt/format.h>
 
 #include "shared/text/text.h"
-#include "slave/commands/calibrate/board_images.h"
-#include "slave/commands/calibrate/calibrate_board.h"
+#include "slave/capture/image_files.h"
+#include "slave/commands/progress_bar.h"
 #include "slave/scene/units.h"
+#include "slave/vision/calibration/calibration.h"
 
 namespace palpate {
 namespace {
 
-double Length(const char* option, const std::string& text, double most) {
-  const auto length = ParseQuantity(text, Dimension::kLength);
-  if (!length || !(*length >= 1e-6 && *length <= most)) {
-    const std::string range = fmt::format("1 um to {:g} m", most);
-    throw std::invalid_argument(fmt::format("{} {}: expected {}", option, text,
-                                            ExpectedQuantity(Dimension::kLength, range)));
+using Reasons = std::map<std::string, std::string>;  // why an image or a pair is not used, by name
+
+struct Side {
+  std::array<int, 2> size{};             // of the first image that shows the board [px]
+  std::map<std::string, Corners> views;  // by the last number in the name, of one camera by name
+};
+
+// Throws std::runtime_error if no image shows the board; Interrupted.
+Side FindBoards(const CalibrateOptions& options, const std::string& pattern, const Board& board,
+                ProgressBar* bar, Reasons* reasons) {
+  const auto files = ListImages(pattern, std::filesystem::current_path());
+  RequireOtherThan("--out", options.out, files);
+  Side side;
+  for (std::size_t i = 0; i < files.size(); ++i) {
+    ReportProgress(bar, "boards of " + pattern,
+                   static_cast<double>(i) / static_cast<double>(files.size()));
+    const std::string name = files[i].filename().string();
+    std::string& why = (*reasons)[name];
+    try {
+      const cv::Mat image = ReadImage(files[i], i + 1);
+      const auto corners = FindBoard(image, board);
+      if (side.views.empty()) side.size = {image.cols, image.rows};
+      const std::string key = options.right.empty() ? name : LastNumber(files[i]);
+      if (!corners) {
+        why = "the board is not completely visible";
+      } else if (side.size != std::array{image.cols, image.rows}) {
+        why = "its size is not that of the first image with a board";
+      } else if (key.empty() || !side.views.emplace(key, *corners).second) {
+        why = "its name has no number, or that of another image";
+      } else {
+        reasons->erase(name);
+      }
+    } catch (const std::runtime_error& error) {
+      why = error.what();
+    }
   }
-  return *length;
+  if (!side.views.empty()) return side;
+  throw std::runtime_error(fmt::format(
+      "{}: none of {} images shows a board of {} x {}: --board counts the inner corners of a "
+      "chessboard, one fewer than squares; {}: {}",
+      pattern, files.size(), board.columns, board.rows, reasons->begin()->first,
+      reasons->begin()->second));
 }
 
-Board BoardOf(const CalibrateOptions& options) {
-  if (options.board.empty() || options.square.empty()) {
-    throw std::invalid_argument(
-        "--left: needs --board, for example 9x6, and --square, for example 25mm");
-  }
-  Board board;
-  if (options.pattern == "circles") {
-    board.pattern = Board::Pattern::kCircles;
-  } else if (options.pattern == "asymmetric-circles") {
-    board.pattern = Board::Pattern::kAsymmetricCircles;
-  } else if (options.pattern != "chessboard") {
-    throw std::invalid_argument("--pattern " + options.pattern +
-                                ": expected chessboard, circles or asymmetric-circles");
-  }
-  const auto counts = TwoCounts("--board", options.board, 3, 100, "9x6");
-  board.columns = counts[0], board.rows = counts[1];
-  board.square = Length("--square", options.square, 1);
-  return board;
+std::string LensWords(const char* side, const Lens& lens) {
+  const auto& d = lens.distortion;
+  return fmt::format(
+      "{}: {} x {}, focal {:.2f} {:.2f} px, centre {:.2f} {:.2f} px, distortion {:.4f} {:.4f} "
+      "{:.5f} {:.5f}\n",
+      side, lens.size[0], lens.size[1], lens.fx, lens.fy, lens.cx, lens.cy, d[0], d[1], d[2], d[3]);
 }
 
-void RequireUsable(const CalibrateOptions& options) {
-  const auto require = [](bool usable, const char* words) {
-    if (!usable) throw std::invalid_argument(words);
-  };
-  if (!options.unquoted.empty()) {
-    throw std::invalid_argument(options.unquoted.front() +
-                                ": expected options only; put the patterns of --left and "
-                                "--right in quotes, otherwise the shell expands them");
+// `names`: of the views.
+std::string Words(const Calibration& found, const std::vector<std::string>& names) {
+  std::string words;
+  for (const auto& [view, why] : found.dropped) {
+    words += fmt::format("{}: not used: {}\n", names[view], why);
   }
-  const bool has_left = !options.left.empty(), registers = !options.tip_places.empty();
-  require(has_left || registers, "calibrate: expected --left, --register, or both");
-  require(
-      has_left || (options.right.empty() && options.distance.empty() && options.corners.empty()),
-      "--right, --distance, --corners: only with --left");
-  require(!has_left || !options.out.empty(), "--left: needs --out, the file to write");
-  require(!has_left || (options.rig.empty() && options.size.empty()),
-          "--rig, --size: only without --left, which computes a rig");
-  require(options.rig.empty() || options.size.empty(),
-          "--size: only without --rig, which has a size");
-  require(registers || (options.rig.empty() && options.size.empty() && !options.plane),
-          "--rig, --size, --plane: only with --register");
-  if (has_left) BoardOf(options);  // before the search for images
-}
-
-// Rejects output files that would overwrite an input.
-void RequireOtherThanInputs(const CalibrateOptions& options) {
-  std::vector<std::filesystem::path> inputs{options.rig, options.tip_places};
-  for (const auto& [option, pattern] :
-       {std::pair{"--left", options.left}, {"--right", options.right}}) {
-    if (!pattern.empty())
-      std::ranges::move(ListedImages(option, pattern), std::back_inserter(inputs));
+  for (std::size_t k = 0; k < found.used.size(); ++k) {
+    const auto& [left, right] = found.rms_px[k];
+    words += fmt::format("{}: {:.3f} px rms", names[found.used[k]], left);
+    words += found.is_pair ? fmt::format(" left, {:.3f} px right\n", right) : "\n";
   }
-  RequireOtherThan("--out", options.out, inputs);
+  words += LensWords(found.is_pair ? "left" : "camera", found.rig.left);
+  if (found.is_pair) {
+    const Eigen::Vector3d at = 1e3 * found.rig.X_RL.inverse().translation();
+    words += LensWords("right", found.rig.right);
+    words += fmt::format(
+        "baseline {:.4f} mm: the right camera is at [{:.3f}, {:.3f}, {:.3f}] mm in the frame of "
+        "the left one\n",
+        at.norm(), at.x(), at.y(), at.z());
+  }
+  words += fmt::format(
+      "reprojection rms {:.4f} px over {} {}\none sigma of the {}, from fits without one of them "
+      "each: {:.3g} %\n",
+      found.rig.rms_px, found.used.size(), found.is_pair ? "pairs" : "images",
+      found.is_pair ? "baseline" : "focal length", 100 * found.sigma);
+  for (const std::string& reason : found.reasons) words += "rejected: " + reason + "\n";
+  return words;
 }
 
-void WriteCorners(const std::filesystem::path& file, const DetectedBoards& side) {
-  const BoardImage& last = side.images.back();
-  if (!last.corners) throw std::runtime_error(last.name + ": " + last.why_not);
-  std::string table = "u,v\n";
-  for (const cv::Point2f& p : *last.corners) table += fmt::format("{},{}\n", p.x, p.y);
-  WriteWholeFile(file, table);
-}
-
-CalibrationReport CalibrateImages(const CalibrateOptions& options, const std::stop_token& stop) {
-  const Board board = BoardOf(options);
+Calibration CalibrateImages(const CalibrateOptions& options, const std::stop_token& stop) {
+  const auto square = ParseQuantity(options.square, Dimension::kLength);
+  if (!square || !(*square >= 1e-6 && *square <= 1)) {
+    throw std::invalid_argument(fmt::format("--square {}: expected {}", options.square,
+                                            ExpectedQuantity(Dimension::kLength, "1 um to 1 m")));
+  }
+  const Board board{options.board[0], options.board[1], *square};
+  const bool is_pair = !options.right.empty();
   ProgressBar bar("calibrate", stop);
-  const DetectedBoards left = FindBoards("--left", options.left, board, &bar);
-  if (!options.corners.empty()) WriteCorners(options.corners, left);
-  if (options.right.empty()) {
-    bar.Report("lens", 0);
-    return CalibrateOneCamera(board, left);
+  Reasons reasons;
+  const Side left = FindBoards(options, options.left, board, &bar, &reasons);
+  const Side right = is_pair ? FindBoards(options, options.right, board, &bar, &reasons) : Side();
+  std::vector<BoardView> views;
+  std::vector<std::string> names;
+  for (const auto& [name, corners] : left.views) {
+    const auto other = right.views.find(name);
+    if (is_pair && other == right.views.end()) {
+      reasons["pair " + name] = "only the left image shows the board";
+      continue;
+    }
+    views.push_back({corners, is_pair ? other->second : Corners()});
+    names.push_back(is_pair ? "pair " + name : name);
   }
-  const DetectedBoards right = FindBoards("--right", options.right, board, &bar);
-  bar.Report("rig", 0);
-  return CalibrateTwoCameras(board, left, right);
+  bar.Clear();
+  for (const auto& [name, why] : reasons) {
+    std::printf("%s: not used: %s\n", name.c_str(), why.c_str());
+  }
+  bar.Report("fit", 0);
+  const Calibration found = Calibrate(board, views, {left.size, right.size});
+  bar.Clear();
+  std::fputs(Words(found, names).c_str(), stdout);
+  return found;
 }
 
 }  // namespace
 
-std::array<int, 2> TwoCounts(const std::string& option, const std::string& text, int least,
-                             int most, const char* example) {
-  const auto cross = text.find_first_of("xX");
-  if (cross != std::string::npos) {
-    const auto a = ParseInteger(text.substr(0, cross)), b = ParseInteger(text.substr(cross + 1));
-    if (a && b && *a >= least && *a <= most && *b >= least && *b <= most) {
-      return {static_cast<int>(*a), static_cast<int>(*b)};
-    }
-  }
-  throw std::invalid_argument(fmt::format("{} {}: expected two counts of {} to {}, for example {}",
-                                          option, text, least, most, example));
-}
-
 int RunCalibrate(const CalibrateOptions& options, const std::stop_token& stop) {
-  RequireUsable(options);
-  RequireOtherThanInputs(options);
+  if (options.left.empty() && options.tip_places.empty()) {
+    throw std::invalid_argument("calibrate: expected --left or --register");
+  }
   RequireWritable(options.out);  // found now, not after minutes of work
-  if (options.left.empty()) {
-    if (options.rig.empty()) return RunRegister(options, nullptr, {}, options.out);
-    StereoRig rig;
-    try {
-      rig = ReadRig(options.rig);
-    } catch (const std::runtime_error& error) {
-      throw std::invalid_argument(std::string("--rig ") + error.what());
-    }
-    return RunRegister(options, &rig, options.rig, options.out);
-  }
-  const double distance = options.distance.empty() ? 0 : Length("--distance", options.distance, 10);
-  const CalibrationReport report = CalibrateImages(options, stop);
-  const StereoRig& rig = report.calibration.rig;
-  std::fputs(Words(report).c_str(), stdout);
-  if (distance > 0) {
-    std::fputs(fmt::format("on the optical axis at {:.4g} mm one pixel covers {:.5g} mm\n",
-                           1e3 * distance, 1e3 * distance / std::sqrt(rig.left.fx * rig.left.fy))
-                   .c_str(),
-               stdout);
-  }
-  const bool is_trusted = report.calibration.reasons.empty();
-  if (!is_trusted && !options.force) {
-    std::fprintf(stderr, "calibrate: rejected, %s is not written (--force writes it): %s\n",
-                 options.out.c_str(), report.calibration.reasons.front().c_str());
+  if (options.left.empty()) return RunRegister(options);
+  const Calibration found = CalibrateImages(options, stop);
+  if (!found.reasons.empty()) {
+    std::fprintf(stderr, "calibrate: rejected, %s is not written\n", options.out.c_str());
     return 1;
   }
-  const bool is_pair = report.calibration.is_pair;
-  WriteRig(options.out, rig, !is_pair, is_pair ? Rectification(rig) : std::vector<NamedMatrix>());
-  const int registered =
-      options.tip_places.empty() ? 0 : RunRegister(options, &rig, options.out, {});
-  return is_trusted ? registered : 1;
+  WriteRig(options.out, found.rig);
+  return 0;
 }
 
 }  // namespace palpate

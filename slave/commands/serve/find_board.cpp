@@ -1,36 +1,18 @@
-// A printed board in images of the set-up, found by palpate-calibrate: the slave does not contain
-// OpenCV's calib3d.
-#include <algorithm>
-#include <chrono>
+// A printed board in images of the set-up.
 #include <cmath>
-#include <filesystem>
 #include <stdexcept>
-#include <string>
+#include <utility>
 
 #include <Eigen/Dense>
 #include <spdlog/fmt/fmt.h>
 
-#include "shared/program/program.h"
-#include "shared/text/csv.h"
-#include "shared/text/text.h"
 #include "slave/capture/bounded_image.h"
-#include "slave/capture/codecs/codecs.h"
 #include "slave/commands/serve/setup_session.h"
-#include "slave/program/private_folder.h"
-#include "slave/program/run_program.h"
+#include "slave/vision/calibration/calibration.h"
 #include "slave/vision/stereo/lens_warp.h"
 
 namespace palpate {
 namespace {
-
-constexpr std::chrono::seconds kMaxTime(60);
-
-std::vector<Eigen::Vector2d> ReadCorners(const std::filesystem::path& file) {
-  CsvTable table(file, {{"u"}, {"v"}});
-  std::vector<Eigen::Vector2d> corners;
-  while (table.Next()) corners.emplace_back(table.Number("u"), table.Number("v"));
-  return corners;
-}
 
 // Fits an affine grid to the corners by least squares: pixel size and residual.
 void FitGrid(const BoardImages& board, FoundBoard* found) {
@@ -47,47 +29,56 @@ void FitGrid(const BoardImages& board, FoundBoard* found) {
   found->rms_px = (places * grid - corners).norm() / std::sqrt(static_cast<double>(count));
 }
 
-// The last line of a program's output, which says why it failed.
-std::string LastLine(std::string output) {
-  while (!output.empty() && output.back() == '\n') output.pop_back();
-  return output.substr(output.rfind('\n') + 1);
+// Sets lens and remark.
+void FitLens(const Board& board, const std::vector<BoardView>& views, const cv::Mat& image,
+             FoundBoard* found) {
+  Calibration calibration;
+  try {
+    calibration = Calibrate(board, views, {{image.cols, image.rows}, {}});
+  } catch (const std::runtime_error& error) {
+    found->remark = error.what();
+    return;
+  }
+  if (!calibration.reasons.empty()) {
+    found->remark = calibration.reasons.front();
+    return;
+  }
+  const Lens& lens = calibration.rig.left;
+  found->lens = RigText(calibration.rig);
+  found->straight = LensWarp::Straightening(lens).Apply(image);
+  for (Eigen::Vector2d& p : found->corners) p = Straight(lens, p).value_or(p);
 }
 
 }  // namespace
 
-FoundBoard SetupSession::FindBoard(const BoardImages& board, Progress* progress) {
-  const auto program = FindPart("palpate-calibrate");
-  if (program.empty()) {
-    throw std::runtime_error(
-        "a board needs the part `calibration`: expected deploy/install.sh calibration");
-  }
-  RequireBounded(board.images);
-  const PrivateFolder folder;
+FoundBoard SetupSession::FindBoard(const BoardImages& images, Progress* progress) {
+  RequireBounded(images.images);
+  const Board board{images.columns, images.rows, images.square};
+  const std::size_t count = std::max<std::size_t>(images.images.size(), 1);
   cv::Mat image;  // one at a time: together they may need gigabytes
-  for (std::size_t i = 0; i < std::max<std::size_t>(board.images.size(), 1); ++i) {
-    ReportProgress(progress, "images", 0);
-    image = board.images.empty() ? StartImage(StopOf(progress)) : DecodeBounded(board.images[i]);
-    WriteWholeFile(folder.path() / fmt::format("{:03}.png", i), EncodePng(image));
+  std::optional<Corners> corners;
+  std::vector<std::pair<cv::Size, BoardView>> seen;
+  for (std::size_t i = 0; i < count; ++i) {
+    ReportProgress(progress, "images", static_cast<double>(i) / static_cast<double>(count));
+    image = images.images.empty() ? StartImage(StopOf(progress)) : DecodeBounded(images.images[i]);
+    corners = palpate::FindBoard(image, board);
+    if (corners) seen.push_back({image.size(), {*corners, {}}});
   }
-  const ProgramEnd end = RunProgram(
-      program,
-      {"--left", "*.png", "--board", fmt::format("{}x{}", board.columns, board.rows), "--square",
-       fmt::format("{} mm", 1e3 * board.square), "--out", "lens.yaml", "--corners", "corners.csv"},
-      folder.path(), kMaxTime, StopOf(progress));
-  const auto corners = folder.path() / "corners.csv", lens = folder.path() / "lens.yaml";
-  if (!std::filesystem::exists(corners)) throw std::runtime_error(LastLine(end.output));
+  if (!corners) {
+    throw std::runtime_error(fmt::format("{}: expected all {} x {} inner corners in the last image",
+                                         seen.empty()
+                                             ? fmt::format("none of {} images shows a board", count)
+                                             : "the last image does not show the board",
+                                         board.columns, board.rows));
+  }
+  std::vector<BoardView> views;
+  for (const auto& [size, view] : seen) {
+    if (size == image.size()) views.push_back(view);
+  }
   FoundBoard found;
-  found.corners = ReadCorners(corners);
-  if (end.status == 0 && std::filesystem::exists(lens)) {
-    constexpr std::uintmax_t kMaxBytes = 1 << 20;
-    found.lens = ReadWholeFile(lens, kMaxBytes, "a lens");
-    const Lens calibrated = ReadLens(lens);
-    found.straight = LensWarp::Straightening(calibrated).Apply(image);
-    for (Eigen::Vector2d& p : found.corners) p = Straight(calibrated, p).value_or(p);
-  } else {
-    found.remark = LastLine(end.output);
-  }
-  FitGrid(board, &found);
+  for (const cv::Point2f& p : *corners) found.corners.emplace_back(p.x, p.y);
+  FitLens(board, views, image, &found);
+  FitGrid(images, &found);
   return found;
 }
 

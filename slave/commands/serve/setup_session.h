@@ -27,7 +27,7 @@ class SetupSession final : public SceneSetup {
   FoundOutline FindOutline(const cv::Mat& image, CurveView near) override {
     return FindOutlineNear(image, near);
   }
-  FoundBoard FindBoard(const BoardImages& board, Progress* progress) override;
+  FoundBoard FindBoard(const BoardImages& images, Progress* progress) override;
   [[nodiscard]] cv::Mat StartImage(const std::stop_token& stop) override;
 
   // The slave of the saved scene; one that only shows images, if there is none, or if it cannot

@@ -22,29 +22,25 @@ struct TipPlace {
 struct CameraRegistration {
   Eigen::Isometry3d X_SC = Eigen::Isometry3d::Identity();  // the (left) camera in S [m]
   double pixel = 0;                                        // RegisterPlane only [m]
-  std::vector<double> residuals;  // one per position [m]; NaN: no ray or no intersection
-  std::vector<bool> used;         // false: an outlier
-  double rms = 0;                 // of those used [m]
+  std::vector<double> residuals;                           // one per position [m]
+  std::vector<bool> used;                                  // false: an outlier
+  double rms = 0;                                          // of those used [m]
   double sigma_angle = 0;  // standard deviation of the rotation about the least certain axis [rad]
   // Standard deviation of the camera's position in the least certain direction [m].
   double sigma_place = 0;
-  std::vector<std::string> reasons;   // why it cannot be trusted; empty: it may
-  std::vector<std::string> warnings;  // statements that a person must check at the camera
+  std::vector<std::string> reasons;  // why it cannot be trusted; empty: it may
 };
 
-// All three exclude contradicting positions (least median of squares) and throw std::runtime_error
-// with a sentence if there are too few positions for a pose. Collinear positions, a mirrored table,
-// scatter and many outliers are reported in `reasons`. Coplanar positions also fit a mirrored
-// table, with the camera on the other side of the plane: `warnings` states the assumed side.
-// Standard deviations are those of the jackknife (Efron and Tibshirani, An Introduction to the
-// Bootstrap, 1993, ch. 11).
+// Both exclude contradicting positions and throw std::runtime_error with a sentence if a position
+// has no finite numbers or no intersection of rays, or if there are
+// too few positions for a pose. A small spread of the positions in some direction, a mirrored
+// table, scatter and many outliers are reported in `reasons`. Standard deviations are those of the
+// jackknife (Efron and Tibshirani, An Introduction to the Bootstrap, 1993, ch. 11).
 
-// Rigid fit (Kabsch) of the triangulated tips; needs right_I. Residual: distance of the tips.
+// Rigid fit of the triangulated tips; needs right_I. Camera frame z forward, x right, y down.
+// Residual: distance of the tips. Coplanar positions are rejected, because a mirrored table fits
+// them as well.
 CameraRegistration RegisterPair(const StereoRig& rig, const std::vector<TipPlace>& places);
-// Least squares of the image points; a second pose with a similar residual is reported in
-// `reasons`. Camera frame z forward, x right, y down. Residual: that of the image point, at the
-// distance of the tip.
-CameraRegistration RegisterLens(const Lens& lens, const std::vector<TipPlace>& places);
 // Registers a camera that looks straight down on the plane z = 0 of S: pixel size, rotation about z
 // and shift. Camera frame as in CameraView: origin at the image centre, x right, y up. `size` of
 // the image [px]. Residual: distance in the plane.

@@ -31,13 +31,9 @@ struct StereoRig {
 // the file of one camera. Throws std::runtime_error `file: ...`: unreadable, a key missing (which),
 // numbers that make no lens.
 StereoRig ReadRig(const std::filesystem::path& file);
-// `more`: entries for other programs, by name.
-struct NamedMatrix {
-  std::string name;
-  Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor> value;
-};
-void WriteRig(const std::filesystem::path& file, const StereoRig& rig, bool one_camera = false,
-              const std::vector<NamedMatrix>& more = {});
+// The text of such a file; without a baseline that of the left camera alone.
+std::string RigText(const StereoRig& rig);
+void WriteRig(const std::filesystem::path& file, const StereoRig& rig);
 
 // Image -> ray: (x/z, y/z) in the camera's frame, without distortion. nullopt: outside the lens's
 // invertible range, or not finite.

@@ -15,7 +15,6 @@
 //   R: ...                         # p_R = R p_L + T, 3 x 3 and 3 x 1 [m]
 //   T: ...
 //   rms_px: 0.2
-//   R1, R2, P1, P2, Q              # of a calibration: its rectification, for other programs
 //
 // Files of one camera by ROS's camera_calibration are read as they are; a `distortion_model` must
 // be plumb_bob, the only one there is here. So are OpenCV's XML and JSON with the same names, and
@@ -240,10 +239,9 @@ StereoRig ReadRig(const std::filesystem::path& file) {
   return RigReader(file).Read();
 }
 
-void WriteRig(const std::filesystem::path& file, const StereoRig& rig, bool one_camera,
-              const std::vector<NamedMatrix>& more) {
+std::string RigText(const StereoRig& rig) {
   std::string text = "%YAML:1.0\n---\n";
-  if (one_camera) {
+  if (!(rig.baseline() > 0)) {
     text += LensText(rig.left, "");
   } else {
     const Eigen::Matrix<double, 3, 3, Eigen::RowMajor> R = rig.X_RL.linear();
@@ -252,12 +250,11 @@ void WriteRig(const std::filesystem::path& file, const StereoRig& rig, bool one_
             "# p_R = R p_L + T [m]\n" + MatrixText("R", 3, 3, R.data(), "") +
             MatrixText("T", 3, 1, T.data(), "");
   }
-  for (const auto& [name, value] : more) {
-    text += MatrixText(name, static_cast<int>(value.rows()), static_cast<int>(value.cols()),
-                       value.data(), "");
-  }
-  text += fmt::format("rms_px: {:.17g}\n", rig.rms_px);
-  WriteWholeFile(file, text);
+  return text + fmt::format("rms_px: {:.17g}\n", rig.rms_px);
+}
+
+void WriteRig(const std::filesystem::path& file, const StereoRig& rig) {
+  WriteWholeFile(file, RigText(rig));
 }
 
 }  // namespace palpate

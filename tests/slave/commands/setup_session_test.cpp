@@ -283,6 +283,32 @@ TEST_F(SetupSessionTest, AStopIsNoMistakeOfTheScene) {
   EXPECT_THROW(session_.FindBoard({{}, 9, 6, 5e-3}, &stopped), std::runtime_error);
 }
 
+// Reference: distances and focal length of the data's own calibration. The board of the last image
+// is tilted, so its pixel size is only near distance / focal length.
+TEST_F(SetupSessionTest, ABoardGivesPixelSizeAndLens) {
+  const std::filesystem::path chess = SourcePath("/../shared/data/stereo_chessboard_opencv");
+  if (!std::filesystem::exists(chess)) GTEST_SKIP() << "../shared is absent";
+  BoardImages board{{}, 9, 6, 0.025};
+  for (int i = 1; i <= 9; ++i) {
+    board.images.push_back(
+        ReadWholeFile(chess / ("left0" + std::to_string(i) + ".jpg"), 1 << 20, "an image"));
+  }
+  const FoundBoard found = session_.FindBoard(board, nullptr);
+  EXPECT_EQ(found.corners.size(), 54U);
+  EXPECT_THAT(found.lens, HasSubstr("distortion_coefficients"));
+  EXPECT_EQ(found.straight.cols, 640);
+  EXPECT_EQ(found.remark, "");
+  const FoundBoard alone = session_.FindBoard({{board.images.back()}, 9, 6, 0.025}, nullptr);
+  EXPECT_EQ(alone.lens, "");
+  EXPECT_THAT(alone.remark, HasSubstr("1 images or pairs show the board: expected 3 or more"));
+  for (const FoundBoard* each : {&found, &alone}) {
+    EXPECT_GT(each->pixel, 0.27 / 533);  // the boards are 277 to 398 mm away
+    EXPECT_LT(each->pixel, 0.45 / 533);
+  }
+  EXPECT_THROW(session_.FindBoard({{board.images.back()}, 8, 5, 0.025}, nullptr),
+               std::runtime_error);
+}
+
 // Reference: the simulator's finite elements, which the estimator does not know. Tolerance: 60
 // elements are 3 to 8 % low.
 TEST_F(SetupSessionTest, AGoodSceneIsCheckedSavedUsedAndGivesTheForcesOfTheSavedOne) {

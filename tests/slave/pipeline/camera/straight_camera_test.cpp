@@ -21,7 +21,7 @@ Scene BlockBehindALens() {
   std::filesystem::create_directories(folder);
   StereoRig camera;
   camera.left = {500, 500, 322, 236, {-0.3, 0.1, 0.001, -0.0005, 0}, {640, 480}};
-  WriteRig(folder / "straight-lens.yaml", camera, true);
+  WriteRig(folder / "straight-lens.yaml", camera);
   Scene scene = LoadScene(SourcePath("/deploy/scenes/silicone-block.yaml"));
   scene.sense.Find<Camera>()->lens = folder / "straight-lens.yaml";
   return scene;

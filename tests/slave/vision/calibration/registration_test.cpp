@@ -60,38 +60,31 @@ double AngleBetween(const Eigen::Isometry3d& a, const Eigen::Isometry3d& b) {
 
 const std::array<double, 5> kRigBarrel{-0.2, 0.05, 0.001, 0, 0};
 
-TEST(RegistrationTest, WithoutNoiseEveryWayFindsThePose) {
+TEST(RegistrationTest, WithoutNoiseThePoseIsExact) {
   const StereoRig rig = VergedTestRig(kRigBarrel);
-  const auto tips = Tips(rig, 12, 0);
-  for (const auto& found : {RegisterPair(rig, tips), RegisterLens(rig.left, tips)}) {
-    EXPECT_LT((found.X_SC.translation() - TruePose().translation()).norm(), 1e-6);
-    EXPECT_LT(AngleBetween(found.X_SC, TruePose()), 1e-6);
-    EXPECT_THAT(found.reasons, IsEmpty());
-  }
+  const auto found = RegisterPair(rig, Tips(rig, 12, 0));
+  EXPECT_LT((found.X_SC.translation() - TruePose().translation()).norm(), 1e-6);
+  EXPECT_LT(AngleBetween(found.X_SC, TruePose()), 1e-6);
+  EXPECT_THAT(found.reasons, IsEmpty());
 }
 
 // Reference: chi square. Two sigma contain 86 % of a quantity with two directions (the tilts seen
-// by a pair) and 74 % with three; minus two standard deviations of the count in 200 draws, 5 and 6
-// %. Four positions give the depths of a pair one degree of freedom, and a single lens two.
+// by a pair); minus two standard deviations of the count in 200 draws, 5 %. Four positions give the
+// depths one degree of freedom.
 TEST(RegistrationTest, TheSigmaHoldsWithFewPlacesAsWithMany) {
   const StereoRig rig = VergedTestRig(kRigBarrel);
   constexpr int kDraws = 200;
   for (const int count : {4, 5, 8, 20}) {
-    int pairs = 0, lenses = 0, lens_draws = 0;
+    int held = 0;
     for (unsigned seed = 0; seed < kDraws; ++seed) {
-      const auto tips = Tips(rig, count, 0.2, 1, 100 + seed);
-      const auto holds = [](const CameraRegistration& found) {
-        const double off = (found.X_SC.translation() - TruePose().translation()).norm();
-        return off < 2 * found.sigma_place &&
-               AngleBetween(found.X_SC, TruePose()) < 2 * found.sigma_angle;
-      };
-      pairs += holds(RegisterPair(rig, tips)) ? 1 : 0;
-      if (count > 5) continue;  // 400 trial poses each take long
-      lenses += holds(RegisterLens(rig.left, tips)) ? 1 : 0;
-      ++lens_draws;
+      const auto found = RegisterPair(rig, Tips(rig, count, 0.2, 1, 100 + seed));
+      const double off = (found.X_SC.translation() - TruePose().translation()).norm();
+      held += off < 2 * found.sigma_place &&
+                      AngleBetween(found.X_SC, TruePose()) < 2 * found.sigma_angle
+                  ? 1
+                  : 0;
     }
-    EXPECT_GT(pairs, 0.81 * kDraws) << count;
-    EXPECT_GE(lenses, 0.68 * lens_draws) << count;
+    EXPECT_GT(held, 0.81 * kDraws) << count;
   }
 }
 
@@ -108,61 +101,18 @@ std::vector<std::vector<TipPlace>> MirrorsOf(const std::vector<TipPlace>& tips) 
 TEST(RegistrationTest, AMirroredTableOfPlacesInSpaceIsRefused) {
   const StereoRig rig = VergedTestRig(kRigBarrel);
   const auto tips = Tips(rig, 14, 0.2);
-  EXPECT_THAT(RegisterPair(rig, tips).warnings, IsEmpty());
-  EXPECT_THAT(RegisterLens(rig.left, tips).warnings, IsEmpty());
+  EXPECT_THAT(RegisterPair(rig, tips).reasons, IsEmpty());
   for (const auto& mirror : MirrorsOf(tips)) {
     EXPECT_THAT(RegisterPair(rig, mirror).reasons, Contains(HasSubstr("mirror image")));
-    EXPECT_THAT(RegisterLens(rig.left, mirror).reasons, Contains(HasSubstr("mirror image")));
   }
 }
 
-// Positions on a plane do not reveal a mirrored table; the assumed side of the camera does. The
-// true camera looks towards -z of S from 250 mm above the plane.
-TEST(RegistrationTest, PlacesOnAPlaneDetermineTheSideOfTheCamera) {
+// Positions on a plane do not reveal a mirrored table.
+TEST(RegistrationTest, PlacesOnAPlaneAreRefused) {
   const StereoRig rig = VergedTestRig(kRigBarrel);
   for (const double thickness : {0.0, 0.001}) {
-    const auto tips = Tips(rig, 14, 0.2, thickness);
-    for (const auto& found : {RegisterPair(rig, tips), RegisterLens(rig.left, tips)}) {
-      EXPECT_LT(AngleBetween(found.X_SC, TruePose()), 4 * found.sigma_angle);
-      EXPECT_THAT(found.reasons, IsEmpty());
-      EXPECT_THAT(found.warnings,
-                  ElementsAre(HasSubstr("where z of S is greater, and looks towards -z")));
-    }
-    const auto mirrors = MirrorsOf(tips);
-    for (const std::size_t k : {0U, 1U, 3U}) {  // a wrong sign of z also reverses the assumed side
-      for (const auto& found :
-           {RegisterPair(rig, mirrors[k]), RegisterLens(rig.left, mirrors[k])}) {
-        EXPECT_THAT(found.reasons, IsEmpty()) << k;
-        EXPECT_THAT(found.warnings,
-                    ElementsAre(HasSubstr("where z of S is smaller, and looks towards +z")))
-            << k;
-      }
-    }
-  }
-}
-
-// From afar a plane tilted by 30 deg to one side looks as one tilted to the other.
-TEST(RegistrationTest, ASmallPlaneThatMayBeTiltedEitherWayIsRefused) {
-  const Lens lens = TestLens();
-  std::mt19937 random(4);
-  std::normal_distribution<double> noise(0, 0.3);
-  const Eigen::AngleAxisd tilt(30 * kDegree, Eigen::Vector3d::UnitX());
-  for (const double size : {0.004, 0.04}) {
-    std::vector<TipPlace> tips;
-    for (const double x : {-1.0, 0.0, 1.0}) {
-      for (const double y : {-1.0, 0.0, 1.0}) {
-        const Eigen::Vector3d p_C =
-            tilt * Eigen::Vector3d(size * x, size * y, 0) + Eigen::Vector3d(0, 0, 0.25);
-        const double du = noise(random), dv = noise(random);
-        tips.push_back({TruePose() * p_C, *Project(lens, p_C) + Eigen::Vector2d(du, dv), {}});
-      }
-    }
-    const auto found = RegisterLens(lens, tips);
-    if (size < 0.01) {
-      EXPECT_THAT(found.reasons, Contains(HasSubstr("a second pose")));
-    } else {
-      EXPECT_THAT(found.reasons, IsEmpty());
-    }
+    EXPECT_THAT(RegisterPair(rig, Tips(rig, 14, 0.2, thickness)).reasons,
+                ElementsAre(HasSubstr("nearly coplanar")));
   }
 }
 
@@ -171,13 +121,12 @@ TEST(RegistrationTest, OutliersAreLeftOutByName) {
   auto tips = Tips(rig, 15, 0.1);
   tips[3].p_S += Eigen::Vector3d(0.02, 0, 0);
   tips[11].left_I += Eigen::Vector2d(30, 20);
-  for (const auto& found : {RegisterPair(rig, tips), RegisterLens(rig.left, tips)}) {
-    EXPECT_FALSE(found.used[3]);
-    EXPECT_FALSE(found.used[11]);
-    EXPECT_GE(std::count(found.used.begin(), found.used.end(), true), 11);
-    EXPECT_LT(AngleBetween(found.X_SC, TruePose()), 0.5 * kDegree);
-    EXPECT_THAT(found.reasons, IsEmpty());
-  }
+  const auto found = RegisterPair(rig, tips);
+  EXPECT_FALSE(found.used[3]);
+  EXPECT_FALSE(found.used[11]);
+  EXPECT_GE(std::count(found.used.begin(), found.used.end(), true), 11);
+  EXPECT_LT(AngleBetween(found.X_SC, TruePose()), 0.5 * kDegree);
+  EXPECT_THAT(found.reasons, IsEmpty());
 }
 
 TEST(RegistrationTest, PlacesOnALineDefineNoPose) {
@@ -189,11 +138,6 @@ TEST(RegistrationTest, PlacesOnALineDefineNoPose) {
         {TruePose() * p_L, *Project(rig.left, p_L), *Project(rig.right, rig.X_RL * p_L)});
   }
   EXPECT_THAT(RegisterPair(rig, tips).reasons, Contains(HasSubstr("collinear")));
-  try {
-    EXPECT_THAT(RegisterLens(rig.left, tips).reasons, Contains(HasSubstr("collinear")));
-  } catch (const std::runtime_error& error) {
-    EXPECT_THAT(error.what(), HasSubstr("collinear"));
-  }
 }
 
 TEST(RegistrationTest, TooFewOrSenselessPlacesAreRefused) {
@@ -201,21 +145,19 @@ TEST(RegistrationTest, TooFewOrSenselessPlacesAreRefused) {
   const StereoRig rig = VergedTestRig();
   auto tips = Tips(rig, 2, 0);
   EXPECT_THROW(RegisterPair(rig, tips), std::runtime_error);
-  EXPECT_THROW(RegisterLens(rig.left, tips), std::runtime_error);
   EXPECT_THROW(RegisterPlane({640, 480}, {}), std::runtime_error);
   tips = Tips(rig, 3, 0);
   EXPECT_THAT(RegisterPair(rig, tips).reasons, Contains(HasSubstr("too few to check the result")));
   tips = Tips(rig, 5, 0);
   for (TipPlace& tip : tips) tip.left_I.x() = kNan;
   EXPECT_THROW(RegisterPair(rig, tips), std::runtime_error);
-  EXPECT_THROW(RegisterLens(rig.left, tips), std::runtime_error);
   EXPECT_THROW(RegisterPlane({640, 480}, tips), std::runtime_error);
   for (TipPlace& tip : tips) tip = {{0, 0, 0}, {100, 100}, std::nullopt};
   EXPECT_THROW(RegisterPair(rig, tips), std::runtime_error);
   EXPECT_THROW(RegisterPlane({640, 480}, tips), std::runtime_error);
 }
 
-// Random positions have no common pose; a pose that fits three of them is no agreement.
+// Random positions have no common pose; a pose that fits some of them is no agreement.
 TEST(RegistrationTest, PlacesThatShareNoPoseAreRefused) {
   const StereoRig rig = VergedTestRig();
   auto tips = Tips(rig, 12, 0);
@@ -223,7 +165,6 @@ TEST(RegistrationTest, PlacesThatShareNoPoseAreRefused) {
   std::uniform_real_distribution<double> place(-0.05, 0.05);
   for (TipPlace& tip : tips) tip.p_S = {place(random), place(random), place(random)};
   EXPECT_FALSE(RegisterPair(rig, tips).reasons.empty());
-  EXPECT_FALSE(RegisterLens(rig.left, tips).reasons.empty());
 }
 
 TEST(RegistrationTest, AnImageThatIsMirroredIsReportedToBe) {

@@ -52,15 +52,13 @@ TEST_F(RigFileTest, WhatIsWrittenIsReadAgain) {
 
 TEST_F(RigFileTest, OpenCvReadsTheFile) {
   const fs::path file = folder_ / "of-opencv.yaml";
-  WriteRig(file, rig_, false, {{"more", Eigen::RowVector2d(1, 2)}});
+  WriteRig(file, rig_);
   const cv::FileStorage storage(file.string(), cv::FileStorage::READ);
   ASSERT_TRUE(storage.isOpened());
-  cv::Mat1d K, more;
-  storage["left"]["camera_matrix"] >> K, storage["more"] >> more;
+  cv::Mat1d K;
+  storage["left"]["camera_matrix"] >> K;
   ASSERT_EQ(K.size(), cv::Size(3, 3));
   EXPECT_EQ(K(0, 0), 800);
-  ASSERT_EQ(more.size(), cv::Size(2, 1));
-  EXPECT_EQ(more(0, 1), 2);
 }
 
 TEST_F(RigFileTest, FilesOfOpenCvAndOfRosAreRead) {
