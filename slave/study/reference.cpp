@@ -186,6 +186,7 @@ std::optional<double> Graded(const Scene& scene, const Press& press, const Press
 // tool.
 Scene WithFewCells(Scene scene, double width) {
   constexpr double kFar = 0.25;  // of the box
+  scene.model.refinements = 0;
   auto* box = std::get_if<BoxGeometry>(&scene.object.geometry);
   const auto on_a_side = [&](const Fixed& fixed) {
     const auto* plane = std::get_if<FixedPlane>(&fixed.where);

@@ -147,8 +147,6 @@ class SameDigitsTest(SlaveSolve):
         scene = {"name": "x", "object": {"geometry": geometry,
                                          "material": {"young_modulus": young_modulus, "poisson_ratio": poisson_ratio}},
                  "model": {**options.get("model", {}), "kind": options.get("kind", "auto")}}
-        if scene["model"]["kind"] == "auto":  # the command would run a study to choose the kind
-            scene["model"]["kind"] = "bem2d"
         if "fixed" in options:
             scene["object"]["fixed"] = options["fixed"]
         if "tool" in options:

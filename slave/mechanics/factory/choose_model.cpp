@@ -141,7 +141,7 @@ constexpr double kLinearShare = 0.7;
 constexpr double kTetError = 0.4, kMinEdges4 = 3.2, kMinEdges10 = 3.6;
 // Unknowns of a sparse factorisation that takes some seconds [-], and those of a model that solves
 // while it runs.
-constexpr double kMaxSparseDof = 60'000, kMaxLiveDof = 10'000;
+constexpr double kMaxSparseDof = 30'000, kMaxLiveDof = 10'000;
 
 struct Body {
   Eigen::Vector3d size = Eigen::Vector3d::Zero();  // of its bounding box [m]

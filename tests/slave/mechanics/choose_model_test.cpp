@@ -135,13 +135,23 @@ TEST(ChooseModelTest, AShallowPressOnAVolumeIsLinearAndADeepOneHasLargeStrains) 
   EXPECT_EQ(deep.model.fem.law, FemOptions::Law::kNeoHookean);
 }
 
-TEST(ChooseModelTest, LockingNeedsTenNodesAndATightToleranceMoreCells) {
-  const ModelChoice compressible = ChooseModel(PressedBox(0.001, 0.3));
-  EXPECT_EQ(compressible.model.fem.element, FemOptions::Element::kTet4);
-  EXPECT_EQ(ChooseModel(PressedBox(0.001, 0.45)).model.fem.element, FemOptions::Element::kTet10);
-  Scene tight = PressedBox(0.001, 0.3);
-  tight.model.tolerance = 0.08;
-  EXPECT_GT(ChooseModel(tight).cells[0], compressible.cells[0]);
+TEST(ChooseModelTest, LockingNeedsTenNodes) {
+  const auto element = [](double depth, double poisson_ratio) {
+    return ChooseModel(PressedBox(depth, poisson_ratio)).model.fem.element;
+  };
+  EXPECT_EQ(element(0.012, 0.3), FemOptions::Element::kTet4);
+  EXPECT_EQ(element(0.012, 0.45), FemOptions::Element::kTet10);
+  EXPECT_EQ(element(0.001, 0.45), FemOptions::Element::kTet10);
+}
+
+TEST(ChooseModelTest, ATightToleranceGetsMoreCellsAndAFineToolFourNodes) {
+  Scene tight = PressedBox(0.001, 0.3), fine = tight;
+  const ModelChoice usual = ChooseModel(tight);
+  EXPECT_EQ(usual.model.fem.element, FemOptions::Element::kTet10);
+  tight.model.tolerance = 0.06;
+  EXPECT_GT(ChooseModel(tight).cells[0], usual.cells[0]);
+  fine.tool->width = 0.006;
+  EXPECT_EQ(ChooseModel(fine).model.fem.element, FemOptions::Element::kTet4);
 }
 
 TEST(ChooseModelTest, MotionWeightFrictionAndOtherToolsNeedFiniteElements) {
