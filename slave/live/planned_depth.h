@@ -1,4 +1,5 @@
-// Compares the indentation of each contact with operator.press.depth, for which the model was chosen.
+// Compares the indentation of each contact with operator.press.depth, for which the model was
+// chosen.
 #pragma once
 
 #include <string>

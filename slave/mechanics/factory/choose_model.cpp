@@ -31,8 +31,9 @@ double Percent(double share) {
 constexpr double kElementError = 0.13, kElementErrorOfWidth = 1.6;
 constexpr double kMinUnderTool = 2;
 constexpr double kMinElements = 40;  // of an outline
-// Unknowns of a dense inverse [-]. [measured: 3000 take a second]
-constexpr int kMaxDenseDof = 3000;
+// Unknowns of a dense inverse, four for each linear element and two for each constant one [-].
+// [measured: 2000 take a second]
+constexpr int kMaxDenseDof = 2000;
 // Larger side relative to 2 A / P from which an outline may bend, which constant elements resist
 // (bem/element_error.h).
 constexpr double kSlenderOutline = 2.5;
