@@ -238,7 +238,7 @@ def main():
         if not re.search(a.only, name):
             continue
         with tempfile.TemporaryDirectory() as folder:
-            saw = under(name, load, a.seconds, pathlib.Path(folder))
+            saw = measure_under_load(name, load, a.seconds, pathlib.Path(folder))
         print(f"{name:40}  {saw['alive']!s:5}  {saw['memory']:8.0f}  {1e3 * saw['quiet']:20.1f}  {1e3 * saw['load']:4.1f}  "
               f"{saw['load'] / saw['quiet']:5.2f}  {1e3 * saw['gap']:7.1f}  {saw['answered'] or -1:10.3f}  {1e3 * saw['stop']:11.1f}  "
               f"{saw['held']:5d}  {'kept' if saw['kept'] else 'lost'} {saw['trouble']}", flush=True)
