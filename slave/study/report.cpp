@@ -169,7 +169,8 @@ std::string KeysOf(const StudyRow& row) {
   const auto [i, j, k] = row.cells;
   if (i > 0) keys += Formatted("; object: {geometry: {box: {cells: [%d, %d, %d]}}}", i, j, k);
   if (row.model.refinements > 0 && i == 0) {
-    keys += Formatted("; each edge of the mesh halved, times %d", row.model.refinements);
+    keys += row.model.refinements == 1 ? "; edges of the mesh halved once"
+                                       : "; edges of the mesh halved twice";
   }
   return keys;
 }

@@ -38,21 +38,6 @@ constexpr int kMaxDenseDof = 2000;
 // (bem/element_error.h).
 constexpr double kSlenderOutline = 2.5;
 
-struct OutlineSize {
-  double perimeter = 0, area = 0, larger_side = 0;  // [m], [m^2]
-};
-OutlineSize SizeOf(const BoundaryMesh& mesh) {
-  OutlineSize size;
-  Eigen::AlignedBox2d box;
-  for (const BoundaryElement& e : mesh.elements) {
-    size.perimeter += e.length();
-    size.area += 0.5 * Cross(e.a, e.b);
-    box.extend(e.a);
-  }
-  size.larger_side = box.sizes().maxCoeff();
-  return size;
-}
-
 std::string PlaneWords(const Scene& scene, double error) {
   const char* plane = scene.model.plane == Plane::kStress ? "plane stress" : "plane strain";
   if (!std::isfinite(error)) return std::string(plane) + " (tool.depth is not set)";
@@ -83,12 +68,12 @@ ModelChoice ChooseOutline(const Scene& scene) {
     return choice;
   }
   if (HoldsByNumber(scene)) return choice;
-  const OutlineSize size = SizeOf(mesh);
-  const bool bends = size.larger_side * size.perimeter > 2 * kSlenderOutline * size.area;
+  const OutlineSize size = SizeOfOutline(mesh);
+  const bool bends = size.sides.maxCoeff() * size.perimeter > 2 * kSlenderOutline * size.area;
   choice.model.order = bends ? ElementOrder::kLinear : ElementOrder::kConstant;
   const double left = error < tolerance ? tolerance - error : tolerance;
   const double width = TouchedWidth(*scene.tool), per_tool = size.perimeter / width;
-  const double error_of_one = kElementError + kElementErrorOfWidth * width / size.larger_side;
+  const double error_of_one = kElementError + kElementErrorOfWidth * width / size.sides.maxCoeff();
   const double wanted = std::max(std::ceil(error_of_one / left), kMinUnderTool) * per_tool;
   const double most = kMaxDenseDof / (bends ? 4.0 : 2.0);
   choice.model.elements = static_cast<int>(std::lround(std::clamp(wanted, kMinElements, most)));
@@ -228,8 +213,8 @@ void ChooseMesh(const Scene& scene, const Body& body, double width, double left,
         Formatted(", %d x %d x %d cells", choice->cells[0], choice->cells[1], choice->cells[2]);
   } else {
     choice->model.refinements = std::clamp(static_cast<int>(std::lround(std::log2(finer))), 0, 2);
-    if (choice->model.refinements > 0)
-      choice->reason += Formatted(", refined %d times", choice->model.refinements);
+    const int halved = choice->model.refinements;
+    if (halved > 0) choice->reason += halved == 1 ? ", edges halved once" : ", edges halved twice";
   }
 }
 

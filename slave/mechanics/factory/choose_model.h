@@ -6,7 +6,7 @@
 // |---|---|---|
 // | outline | known only from the image, or no tool | bem2d, elements as in the scene |
 // | outline | the plane model's error is beyond the tolerance, and extruded applies | extruded |
-// | outline | else | bem2d; the tool covers a whole number of elements |
+// | outline | else | bem2d; as many elements under the tool as the tolerance needs |
 // | flat membrane | no tension, the bending plate's error within the tolerance | plate |
 // | flat membrane | else | plate-large |
 // | domed membrane | | membrane |
@@ -14,9 +14,9 @@
 // | volume | pressed deeper than the tolerance allows a linear model | fem, neo-hookean |
 // | volume | else | fem-green |
 //
-// Volumes get ten-node tetrahedra from the Poisson's ratio on at which four-node ones lock, or
-// where four-node ones would be too many. Boxes get as many cells, and mesh files as many
-// refinements, as the tolerance needs under the tool.
+// `fem` gets ten-node tetrahedra from the Poisson's ratio on at which four-node ones lock;
+// `fem-green` gets them unless they would be too many. Boxes get as many cells, and mesh files as
+// many refinements, as the tolerance needs under the tool.
 #pragma once
 
 #include <array>

@@ -33,14 +33,9 @@ struct Lengths {
   double larger = 0, smaller = 0;  // [m]
 };
 Lengths LengthsOf(const BoundaryMesh& mesh) {
-  Eigen::AlignedBox2d box;
-  double area = 0, perimeter = 0;
-  for (const BoundaryElement& e : mesh.elements) {
-    box.extend(e.a);
-    area += 0.5 * (e.a.x() * e.b.y() - e.b.x() * e.a.y());
-    perimeter += e.length();
-  }
-  return {box.sizes().maxCoeff(), std::min(box.sizes().minCoeff(), 4 * std::abs(area) / perimeter)};
+  const OutlineSize size = SizeOfOutline(mesh);
+  const double smaller = std::min(size.sides.minCoeff(), 4 * std::abs(size.area) / size.perimeter);
+  return {size.sides.maxCoeff(), smaller};
 }
 
 // Returns R. `width`: that of the contact, relative to l; `slenderness`: L / l.
@@ -115,6 +110,18 @@ double SagittaOf(const SurfaceMesh& surface, const SurfacePlace& place, const Co
 }
 
 }  // namespace
+
+OutlineSize SizeOfOutline(const BoundaryMesh& mesh) {
+  OutlineSize size;
+  Eigen::AlignedBox2d box;
+  for (const BoundaryElement& e : mesh.elements) {
+    box.extend(e.a);
+    size.area += 0.5 * Cross(e.a, e.b);
+    size.perimeter += e.length();
+  }
+  size.sides = box.sizes();
+  return size;
+}
 
 double TouchedWidth(const Tool& tool) {
   const double shaft = tool.width > 0 ? tool.width : 2 * tool.radius;

@@ -76,6 +76,12 @@ inline constexpr double kDeepest = 0.2, kDeepestByLaw = 0.5;
 // stiff at 3.3, 32 to 40 % at 2.2]
 inline constexpr double kDepthPerSagitta = 5;
 
+struct OutlineSize {
+  double perimeter = 0, area = 0;                   // [m], [m^2]
+  Eigen::Vector2d sides = Eigen::Vector2d::Zero();  // of the bounding box [m]
+};
+OutlineSize SizeOfOutline(const BoundaryMesh& mesh);
+
 // Returns the width at which a tool touches a flat surface [m]: of a round tool at a depth of a
 // tenth of its radius.
 double TouchedWidth(const Tool& tool);
