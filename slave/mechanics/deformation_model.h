@@ -36,11 +36,13 @@ struct Contact {
   // If no contact of a set requests it, sets in which many contacts move together are solved
   // faster.
   bool wants_stiffness = true;
+  // Of a round tool: a cylinder across the plane in 2D, a sphere in 3D [m]; 0: flat.
+  double radius = 0;
 
   // Returns whether both contacts have the same patch, fixed or loaded, with any value.
   [[nodiscard]] bool IsAt(const Contact& other) const {
     return kind == other.kind && element == other.element && width == other.width &&
-           p_O == other.p_O && is_rigid == other.is_rigid;
+           p_O == other.p_O && is_rigid == other.is_rigid && radius == other.radius;
   }
 };
 
