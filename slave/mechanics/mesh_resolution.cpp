@@ -36,7 +36,12 @@ constexpr double kFewOff = 0.2;
 // that spreads its load over the elements around is stiffer.
 constexpr std::array kRimEffect{-0.05, -0.25, 0.9, 0.3};
 
-constexpr double kMaxPoisson = 0.49;
+constexpr double kMaxPoisson = 0.4999;
+
+// See EffectOf. [fitted]
+constexpr double kLocked = 1.35, kGivesWay = 0.5, kOfShear = 0.3, kOfVolume = 0.4, kOfShear10 = 0.4;
+// Largest correction [-]. The error is then far beyond any tolerance.
+constexpr double kMostExcess = 0.5;
 // Ratio of larger side and thickness above which a body bends [-]. [derived: 1.5 of a cube]
 constexpr double kSlender = 2;
 // For bodies other than straight bars: smallest fraction of the true missing energy that the
@@ -129,17 +134,17 @@ PALPATE_DISPATCHED void AddMeans(const Strains& strains, const double* volumes, 
   }
 }
 
-// Returns 20 times the mean square over an element of a field that is linear between the corners,
-// from its sum and its sum of squares there.
-PALPATE_INLINE double Mean(const Double8& sum, const Double8& squares) {
-  const Double8 x = sum * sum + squares;
-  return (((x[0] + x[1]) + (x[2] + x[3])) + ((x[4] + x[5]) + (x[6] + x[7]))) / 20;
+// Returns the mean squares over an element of a field that is linear between the corners, from its
+// sum and its sum of squares there: of the deviator, and of the volume.
+PALPATE_INLINE std::array<double, 2> Mean(const Double8& sum, const Double8& squares) {
+  const Double8 x = (sum * sum + squares) / 20;
+  return {((x[0] + x[1]) + (x[2] + x[3])) + (x[4] + x[5]), x[6]};
 }
 
-// Computes for each element twice the energy of its strain, and of the difference of the mean
-// strains.
+// Computes for each element twice the energy of its strain, and of the difference to the mean
+// strains by deviator and volume.
 PALPATE_DISPATCHED void FindEnergies(const Strains& strains, const Loose8* means, int count,
-                                     std::array<double, 2>* energies) {
+                                     std::array<double, 3>* energies) {
   for (int e = 0; e < count; ++e) {
     Double8 sum{}, squares{}, steps{}, step_squares{};
     for (int a = 0; a < 4; ++a) {
@@ -150,7 +155,8 @@ PALPATE_DISPATCHED void FindEnergies(const Strains& strains, const Loose8* means
       steps += step;
       step_squares += step * step;
     }
-    energies[e] = {Mean(sum, squares), Mean(steps, step_squares)};
+    const auto whole = Mean(sum, squares), missing = Mean(steps, step_squares);
+    energies[e] = {whole[0] + whole[1], missing[0], missing[1]};
   }
 }
 
@@ -194,6 +200,25 @@ bool IsContactCoarse(double patch_error, double disc_stiffness, const Vector3d& 
   return patch_error * std::min(1.0, share) > kMaxOff;
 }
 
+MeshEffect EffectOf(const MeshShare& share, int nodes_per_element) noexcept {
+  if (nodes_per_element == 10) return {0, kOfShear10 * share.shear};
+  return {kLocked * (share.volume - kGivesWay * share.shear),
+          kOfShear * share.shear + kOfVolume * share.volume};
+}
+
+void Correct(const MeshEffect& effect, ContactResponse* response) noexcept {
+  const double rest = 1 - std::clamp(effect.excess, -kMostExcess, kMostExcess);
+  response->force_O *= rest;
+  response->stiffness_O *= rest;
+  if (response->moment_O) *response->moment_O *= rest;
+  response->moment_sigma *= rest;
+  response->force_error = rest * response->force_error + effect.error * response->force_O.norm();
+}
+
+MeshEffect EffectOnLoad(const MeshShare& share) noexcept {
+  return {0, share.shear + share.volume};
+}
+
 StrainResolution::StrainResolution(const TetMesh& mesh, const HeldNodes& held, double poisson_ratio)
     : lame_(LameOf(std::min(poisson_ratio, kMaxPoisson))),
       bulk_root_(std::sqrt(lame_.lambda + 2.0 / 3 * lame_.mu)),
@@ -205,7 +230,8 @@ StrainResolution::StrainResolution(const TetMesh& mesh, const HeldNodes& held, d
       means_(elements_.size()),
       strains_((elements_.size() * (quadratic_ ? 4 : 1) + 7) / 8 * 8),
       volumes_(elements_.size()),
-      energies_(elements_.size()) {
+      energies_(elements_.size()),
+      nearest_(elements_.size(), 0) {
   double volume = 0, area = 0;
   for (int e = 0; e < mesh.element_count(); ++e) {
     Element& element = elements_[Index(e)];
@@ -290,7 +316,11 @@ void StrainResolution::FindBar(const HeldNodes& held) {
 }
 
 double StrainResolution::Softness(std::span<const Vector3d> u, std::span<const int> touched) {
-  if (!slender_) return 0;
+  FindEnergiesOf(u);
+  return slender_ ? Bending(touched) : 0;
+}
+
+void StrainResolution::FindEnergiesOf(std::span<const Vector3d> u) {
   const std::size_t per_element = quadratic_ ? 4 : 1;
   const int count = static_cast<int>(elements_.size());
   const Weights weights{shear_root_, bulk_root_, length_ > 0 ? axes_.data() : nullptr};
@@ -308,6 +338,10 @@ double StrainResolution::Softness(std::span<const Vector3d> u, std::span<const i
   AddMeans(strains, volumes_.data(), count, means);
   for (std::size_t i = 0; i < mean_.size(); ++i) mean_[i] /= volume_[i];
   FindEnergies(strains, means, count, energies_.data());
+}
+
+double StrainResolution::Bending(std::span<const int> touched) {
+  const std::size_t per_element = quadratic_ ? 4 : 1;
   MarkContacts(touched);
   // The mean is computed from the corners and, with 16 of 20 parts, the centre.
   const auto restraint_of = [&](std::size_t e) {
@@ -332,7 +366,7 @@ double StrainResolution::Softness(std::span<const Vector3d> u, std::span<const i
     energy += weight * energies_[e][0];
     volume += volumes_[e];
     longest = std::max(longest, element.extent);
-    const Missing missing{weight * energies_[e][1],
+    const Missing missing{weight * (energies_[e][1] + energies_[e][2]),
                           length_ == 0 ? 0 : element.beam * weight * restraint_of(e)};
     all.recovered += missing.recovered;
     all.restraint += missing.restraint;
@@ -349,6 +383,48 @@ double StrainResolution::Softness(std::span<const Vector3d> u, std::span<const i
   const double part = longest / (2 * length_);
   return std::max((missing.recovered + missing.restraint) / energy,
                   touched.empty() ? 0 : std::max(0.0, 1 - even) * part * part);
+}
+
+void StrainResolution::Around(std::span<const Vector3d> centres) {
+  if (std::ranges::equal(centres, centres_)) return;
+  centres_.assign(centres.begin(), centres.end());
+  shares_.resize(centres.size());
+  if (centres.size() < 2) {
+    std::ranges::fill(nearest_, 0);
+    return;
+  }
+  for (std::size_t e = 0; e < elements_.size(); ++e) {
+    const Vector3d& p = points_[Index(elements_[e].nodes[0])];
+    const auto away = [&](const Vector3d& centre) { return (centre - p).squaredNorm(); };
+    nearest_[e] = static_cast<int>(std::ranges::min_element(centres_, {}, away) - centres_.begin());
+  }
+}
+
+std::span<const MeshShare> StrainResolution::Shares() {
+  std::ranges::fill(shares_, MeshShare{});
+  energy_around_.assign(shares_.size(), 0);
+  if (shares_.empty()) return shares_;
+  for (std::size_t e = 0; e < elements_.size(); ++e) {
+    const double weight = elements_[e].modulus * volumes_[e];
+    MeshShare& share = shares_[Index(nearest_[e])];
+    energy_around_[Index(nearest_[e])] += weight * energies_[e][0];
+    const auto nodes = std::span(elements_[e].nodes).first<4>();
+    if (slender_ && std::ranges::none_of(nodes, [&](int n) { return near_[Index(n)] != 0; })) {
+      continue;
+    }
+    share.shear += weight * energies_[e][1];
+    share.volume += weight * energies_[e][2];
+  }
+  for (std::size_t k = 0; k < shares_.size(); ++k) {
+    const double energy = energy_around_[k];
+    if (!(energy > 0)) {
+      shares_[k] = {};
+      continue;
+    }
+    shares_[k].shear /= energy;
+    shares_[k].volume /= energy;
+  }
+  return shares_;
 }
 
 void StrainResolution::MarkContacts(std::span<const int> touched) {

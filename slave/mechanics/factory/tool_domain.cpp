@@ -9,6 +9,7 @@
 
 #include "shared/mesh/disc_patch.h"
 #include "slave/mechanics/factory/make_model.h"
+#include "slave/mechanics/mesh_resolution.h"
 #include "slave/mechanics/plate/plate_law.h"
 #include "slave/mesh/boundary_patch.h"
 #include "slave/mesh/index.h"
@@ -173,6 +174,9 @@ ToolDomain::ToolDomain(const Scene& scene, const Tool& tool, const ObjectMesh& m
     if (std::min(tool.depth.value_or(T), T) < kMinExtent * tool.width) flag_reason_ = kShortExtent;
   }
   is_glued_ = !ShapesTool(scene);
+  const bool has_four_nodes =
+      KindOf(scene).has_tets && scene.model.fem.element == FemOptions::Element::kTet4;
+  locks_ = has_four_nodes && scene.object.material.poisson_ratio >= kLocks;
   if (KindOf(scene).iterates && IsHyperelastic(scene.model.fem.law)) deepest_ = kDeepestByLaw;
   if (const auto* outline = std::get_if<BoundaryMesh>(&mesh)) outline_ = *outline;
   surface_ = SurfaceOf(mesh);
@@ -213,6 +217,7 @@ void ToolDomain::FlagOutside(const Contact& contact, ContactResponse* response) 
   if (contact.kind != Contact::Kind::kDisplacement) return;
   if (response->validity != Validity::kValid || (is_flat_ && contact.width == 0)) return;
   std::string_view flag_reason = flag_reason_;
+  double domain_error = flag_reason_.empty() ? error_ : 0;
   if (plate_.radius > 0) {
     PlatePress press = plate_;
     press.tool_radius = contact.width / 2;
@@ -220,11 +225,17 @@ void ToolDomain::FlagOutside(const Contact& contact, ContactResponse* response) 
     press.depth = contact.prescribed_O.z();
     if (!contact.is_rigid) {
       flag_reason = kNoToolOnPlate;
-    } else if (RigidFaceError(press) > tolerance_) {
-      flag_reason = kRigidOnPlate;
+    } else {
+      domain_error = RigidFaceError(press);
+      if (domain_error > tolerance_) flag_reason = kRigidOnPlate;
     }
   }
   if (flag_reason.empty()) flag_reason = FlagOnBody(contact);
+  const double force = response->force_O.norm();
+  response->force_error += domain_error * force;
+  if (flag_reason.empty() && response->force_error > tolerance_ * force) {
+    flag_reason = locks_ ? kLocking : kMeshError;
+  }
   if (flag_reason.empty()) return;
   response->validity = Validity::kExtrapolated;
   response->flag_reason = flag_reason;

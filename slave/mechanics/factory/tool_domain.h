@@ -64,6 +64,8 @@ inline constexpr std::string_view kNoToolOnPlate =
 inline constexpr std::string_view kRigidOnPlate =
     "under a rigid flat tool here the plate's error is beyond model.tolerance";
 
+inline constexpr std::string_view kMeshError =
+    "the error of the mesh under the tool is beyond model.tolerance: use smaller elements there";
 inline constexpr std::string_view kDeepInThickness =
     "the tool is too deep for the object's thickness there";
 inline constexpr std::string_view kFlatOnCurved =
@@ -103,8 +105,9 @@ class ToolDomain {
  public:
   ToolDomain(const Scene& scene, const Tool& tool, const ObjectMesh& mesh);
 
-  // Makes the response of a contact that the tool moves kExtrapolated outside of the domain. Loads
-  // and contacts at a point stay as they are. No allocation, but on volumes.
+  // Adds the error of the model within the domain to the force error of a contact that the tool
+  // moves, and makes its response kExtrapolated outside of the domain or where that sum is beyond
+  // model.tolerance. Loads and contacts at a point stay as they are. No allocation, but on volumes.
   void FlagOutside(const Contact& contact, ContactResponse* response) const noexcept;
   // Relative error of the force within the domain [-].
   [[nodiscard]] double error() const { return flag_reason_.empty() ? error_ : 0; }
@@ -119,6 +122,7 @@ class ToolDomain {
   PlatePress plate_;      // under a rigid flat tool; radius 0: none
   bool is_flat_ = true;
   double deepest_ = kDeepest;
+  bool locks_ = false;    // four-node elements from kLocks on
   bool is_glued_ = true;  // the nodes under a flat tool move as a whole
   BoundaryMesh outline_;  // of the body; empty: another object
   SurfaceMesh surface_;

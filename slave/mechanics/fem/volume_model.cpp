@@ -88,21 +88,25 @@ bool VolumeModel::TryRespond(std::span<const Contact> contacts,
 bool VolumeModel::FillResponses(std::span<const Contact> contacts,
                                 std::span<ContactResponse> responses) {
   RemarkInversion();
-  const std::string_view flag_reason = FlagReasonOf(contacts);
+  AssessMesh(contacts);
+  const std::string_view flag_reason = FlagReasonOf();
   for (std::size_t k = 0; k < contacts.size(); ++k) {
     ContactResponse response = ResponseOf(k, contacts[k]);
+    CorrectForMesh(k, contacts[k], &response);
     if (!response.force_O.allFinite()) return Fail("the solution is not finite");
-    response.flag_reason = flag_reason.empty() ? FlagReasonOfPlace(k, response) : flag_reason;
+    response.flag_reason =
+        flag_reason.empty() ? FlagReasonOfPlace(k, contacts[k], response) : flag_reason;
     response.validity = response.flag_reason.empty() ? Validity::kValid : Validity::kExtrapolated;
     responses[k] = response;
   }
   return true;
 }
 
-std::string_view VolumeModel::FlagReasonOfPlace(std::size_t contact,
+std::string_view VolumeModel::FlagReasonOfPlace(std::size_t contact, const Contact& at,
                                                 const ContactResponse& response) const {
   const fem::ToolContact* tool = ToolOf(contact);
   if (tool == nullptr) {
+    if (locks() && at.width == 0) return kLocking;
     if (contacts_.IsCoarse(contact, response)) return kCoarsePatch;
     return places()[contact].on_support ? kOnSupport : std::string_view();
   }
@@ -142,21 +146,43 @@ bool VolumeModel::locks() const {
   return traits_.nodes_per_element == 4 && !traits_.has_pressure && traits_.poisson_ratio >= kLocks;
 }
 
-// Returns why the last answer is extrapolated; empty: it is not, except for reasons of single
-// patches.
-std::string_view VolumeModel::FlagReasonOf(std::span<const Contact> contacts) {
-  if (inversion_.elements > 0) return "elements are inside out";
-  if (locks()) return kLocking;
-  if (traits_.range > 0 && largest_ > traits_.range) return kBeyondRange;
-  if (ended_early()) return "the deadline came before the residual";
-  if (gained_energy()) return "the time step gained energy";
+void VolumeModel::AssessMesh(std::span<const Contact> contacts) {
+  softness_ = 0;
+  shares_.assign(contacts.size(), MeshShare{});
   // Without load the remaining strain is an error of the solution.
   const bool acts = traits_.is_dynamic || traits_.weighs ||
                     std::ranges::any_of(contacts, [](const Contact& contact) {
                       return contact.prescribed_O != Vector3d::Zero();
                     });
-  return acts && strain_.Softness(u_, touched_) > kMaxSoftness ? kStiffInBending
-                                                               : std::string_view();
+  if (!acts) return;
+  centres_.clear();
+  for (const Contact& contact : contacts) centres_.push_back(contact.p_O / traits_.length_unit);
+  strain_.Around(centres_);
+  softness_ = strain_.Softness(u_, touched_);
+  std::ranges::copy(strain_.Shares(), shares_.begin());
+}
+
+// A contact at a point has no limit for smaller elements, and so no error of the mesh.
+void VolumeModel::CorrectForMesh(std::size_t contact, const Contact& at,
+                                 ContactResponse* response) const {
+  const bool moves = at.kind == Contact::Kind::kDisplacement;
+  if (at.width == 0 && ToolOf(contact) == nullptr) return;
+  if (!moves) {
+    response->displacement_error +=
+        EffectOnLoad(shares_[contact]).error * response->displacement_O.norm();
+    return;
+  }
+  Correct(EffectOf(shares_[contact], traits_.nodes_per_element), response);
+}
+
+// Returns why the last answer is extrapolated; empty: it is not, except for reasons of single
+// patches.
+std::string_view VolumeModel::FlagReasonOf() const {
+  if (inversion_.elements > 0) return "elements are inside out";
+  if (traits_.range > 0 && largest_ > traits_.range) return kBeyondRange;
+  if (ended_early()) return "the deadline came before the residual";
+  if (gained_energy()) return "the time step gained energy";
+  return softness_ > kMaxSoftness ? kStiffInBending : std::string_view();
 }
 
 void VolumeModel::RemarkInversion() {

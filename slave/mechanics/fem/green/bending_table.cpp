@@ -1,13 +1,14 @@
 #include "slave/mechanics/fem/green/bending_table.h"
 
 #include <algorithm>
+#include <cmath>
 
 #include "slave/mesh/index.h"
 
 namespace palpate {
 namespace {
 
-constexpr int kNumbers = 6;  // of an entry on disk
+constexpr int kNumbers = 12;  // of an entry on disk
 // Displacement at which strains are evaluated, relative to the larger side.
 constexpr double kSmall = 1e-9;
 
@@ -43,13 +44,15 @@ std::vector<char> UnevenNodes(const RestStiffness& stiffness) {
 
 BendingTable::BendingTable(const RestStiffness& stiffness, const GreenGroups& layout, double width,
                            const std::filesystem::path& cache)
-    : stiffness_(stiffness), layout_(layout), width_(width), strain_(ResolutionOf(stiffness)) {
-  if (!strain_.body_bends()) return;
-  places_.emplace(stiffness.elements, stiffness.length_unit, layout.place_of_node(),
-                  UnevenNodes(stiffness));
-  entries_.resize(stiffness.elements.surface.triangles.size());
+    : stiffness_(stiffness),
+      layout_(layout),
+      width_(width),
+      strain_(ResolutionOf(stiffness)),
+      places_(stiffness.elements, stiffness.length_unit, layout.place_of_node(),
+              UnevenNodes(stiffness)),
+      entries_(stiffness.elements.surface.triangles.size()) {
   if (cache.empty()) return;
-  constexpr std::size_t kVersion = 1;  // version of the format on disk
+  constexpr std::size_t kVersion = 2;  // version of the format on disk
   cache_ =
       ColumnCache(cache, Hash().Add(kVersion).Add(kGroup).Add(stiffness.inputs).Add(width).value());
   for (int g = 0; g < groups(); ++g) LoadGroup(g);
@@ -61,7 +64,8 @@ bool BendingTable::is_complete() const {
 
 const Bending* BendingTable::Find(int triangle, double width) const noexcept {
   const Entry& entry = entries_[Index(triangle)];
-  return entry.width == width ? &entry.bending : nullptr;
+  const bool is_near = std::abs(entry.width - width) <= width / 6;
+  return is_near ? &entry.bending : nullptr;
 }
 
 const Bending& BendingTable::Learn(int triangle, double width, RestFactor* factor) {
@@ -73,7 +77,7 @@ const Bending& BendingTable::Learn(int triangle, double width, RestFactor* facto
                         .width = width};
   ContactFootprint footprint;
   std::vector<int> nodes;
-  if (places_->Find(contact, &footprint).empty()) {
+  if (places_.Find(contact, &footprint).empty()) {
     for (const auto& [place, weight] : footprint.places) {
       nodes.push_back(layout_.node_of_place()[Index(place)]);
     }
@@ -94,7 +98,12 @@ const Bending& BendingTable::Learn(int triangle, double width, RestFactor* facto
     for (const int node : nodes) compliance += share * u[Index(node)][c];
     if (!(compliance > 0)) continue;  // fixed by a support
     for (auto& moved : u) moved *= kSmall / compliance;
+    const Eigen::Vector3d centre = contact.p_O / stiffness_.length_unit;
+    strain_.Around({&centre, 1});
     entry.bending.softness[c] = strain_.Softness(u, nodes);
+    const MeshShare share = strain_.Shares().front();
+    entry.bending.shear[c] = share.shear;
+    entry.bending.volume[c] = share.volume;
   }
   entry.width = width;
   return entry.bending;
@@ -114,7 +123,9 @@ void BendingTable::LoadGroup(int group) {
   if (!cache_.Load(group, values)) return;
   for (int t = first(group); t < last(group); ++t) {
     const double* at = &values[Index(kNumbers * (t - first(group)))];
-    entries_[Index(t)] = {width_, {Eigen::Vector3d(at), Eigen::Vector3d(at + 3)}};
+    entries_[Index(t)] = {width_,
+                          {Eigen::Vector3d(at), Eigen::Vector3d(at + 3), Eigen::Vector3d(at + 6),
+                           Eigen::Vector3d(at + 9)}};
   }
 }
 
@@ -125,6 +136,8 @@ void BendingTable::KeepGroup(int group, RestFactor* factor) {
     const Bending& bending = known != nullptr ? *known : Learn(t, width_, factor);
     values.insert(values.end(), bending.softness.begin(), bending.softness.end());
     values.insert(values.end(), bending.compliance.begin(), bending.compliance.end());
+    values.insert(values.end(), bending.shear.begin(), bending.shear.end());
+    values.insert(values.end(), bending.volume.begin(), bending.volume.end());
   }
   cache_.Keep(group, values);
 }

@@ -1,10 +1,9 @@
-// How accurately the elements of a slender body represent its bending under a contact, for each
-// triangle of its surface.
+// How accurately the elements of a body represent its strain under a contact, for each triangle of
+// its surface.
 #pragma once
 
 #include <algorithm>
 #include <filesystem>
-#include <optional>
 #include <vector>
 
 #include <Eigen/Core>
@@ -25,6 +24,7 @@ std::vector<char> UnevenNodes(const RestStiffness& stiffness);
 struct Bending {
   Eigen::Vector3d softness{0, 0, 0};    // StrainResolution::Softness [-]
   Eigen::Vector3d compliance{0, 0, 0};  // along the force, mean over the places; nondimensional
+  Eigen::Vector3d shear{0, 0, 0}, volume{0, 0, 0};  // MeshShare [-]
 };
 
 // The entry of a contact is computed for a disc of its width that is moved around the centroid of
@@ -39,15 +39,16 @@ class BendingTable {
   BendingTable(const RestStiffness& stiffness, const GreenGroups& layout, double width,
                const std::filesystem::path& cache);
 
-  // False: no contact bends the body, and no entry is needed.
+  // False: no contact bends the body.
   [[nodiscard]] bool body_bends() const { return strain_.body_bends(); }
-  // Every entry of the width on disk is there, or none is needed.
+  // Every entry of the width on disk is there.
   [[nodiscard]] bool is_complete() const;
-  // Returns nullptr if the entry must be computed first.
+  // Returns nullptr if the entry must be computed first: none is there, or one for a width that
+  // differs by more than a sixth.
   [[nodiscard]] const Bending* Find(int triangle, double width) const noexcept;
   const Bending& Learn(int triangle, double width, RestFactor* factor);
 
-  // Number of files; 0 if no entry is needed.
+  // Number of files.
   [[nodiscard]] int groups() const;
   [[nodiscard]] bool HasGroup(int group) const;
   // Learns the entries of a file and writes it. Throws std::runtime_error: the folder cannot be
@@ -69,8 +70,8 @@ class BendingTable {
   double width_;
   ColumnCache cache_;
   StrainResolution strain_;
-  std::optional<SurfaceNodePlaces> places_;  // places of the surface nodes, if the body bends
-  std::vector<Entry> entries_;               // per triangle of the linear surface
+  SurfaceNodePlaces places_;    // of the surface nodes
+  std::vector<Entry> entries_;  // per triangle of the linear surface
 };
 
 }  // namespace palpate

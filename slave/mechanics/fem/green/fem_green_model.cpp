@@ -1,6 +1,7 @@
 #include "slave/mechanics/fem/green/fem_green_model.h"
 
 #include <algorithm>
+#include <cmath>
 
 #include "slave/mechanics/mesh_resolution.h"
 #include "slave/mesh/index.h"
@@ -12,6 +13,12 @@ namespace {
 bool MayReplaceReason(const ContactResponse& response) {
   return response.validity == Validity::kValid ||
          (response.validity == Validity::kExtrapolated && response.flag_reason == kCoarsePatch);
+}
+
+// Width of the surface that a contact touches [m]: of a round tool at its depth (Hertz).
+double WidthOfTouch(const Contact& contact) {
+  if (!(contact.radius > 0)) return contact.width;
+  return 2 * std::sqrt(contact.radius * std::min(contact.radius, contact.prescribed_O.norm()));
 }
 
 std::string_view RemarkOf(const RestStiffness& stiffness, double nu) {
@@ -40,8 +47,7 @@ FemGreenModel::FemGreenModel(const SolidMesh& mesh, const HeldNodes& held, doubl
       bending_(columns_.stiffness(), columns_.layout(), options.width, options.cache),
       displacement_unit_(1 / (young_modulus * columns_.length_unit())) {
   field_mesh_ = {.vertices = mesh.nodes, .tets = mesh.tets};
-  // New contacts on a slender body need the factor to evaluate its bending, so it is made in
-  // advance.
+  // New contacts need the factor to assess the mesh there, so it is made in advance.
   if (!bending_.is_complete()) columns_.Factorise(progress);
   Describe(options, poisson_ratio, mesh.tets.size());
 }
@@ -72,39 +78,50 @@ void FemGreenModel::ComputeResponses(std::span<const Contact> contacts,
                                      std::span<ContactResponse> responses) noexcept {
   failure_ = {};
   solver_.Respond(contacts, responses);
-  for (auto& response : responses) {
-    if (locks_ && MayReplaceReason(response)) {
-      response.validity = Validity::kExtrapolated;
-      response.flag_reason = kLocking;
-    }
-  }
   try {
-    if (solver_.failure().empty()) CheckBending(responses);
+    if (solver_.failure().empty()) AssessMesh(contacts, responses);
   } catch (const std::exception&) {
     failure_ = "out of memory";
     std::ranges::fill(responses, ContactResponse{});
   }
 }
 
-void FemGreenModel::CheckBending(std::span<ContactResponse> responses) {
-  if (!bending_.body_bends()) return;
+void FemGreenModel::AssessMesh(std::span<const Contact> contacts,
+                               std::span<ContactResponse> responses) {
   for (std::size_t k = 0; k < responses.size(); ++k) {
-    ContactResponse& response = responses[k];
-    if (!MayReplaceReason(response)) continue;
-    if (!(Softness(solver_.slots()[k], response.force_O) > kMaxSoftness)) continue;
-    response.validity = Validity::kExtrapolated;
-    response.flag_reason = kStiffInBending;
+    AssessMesh(solver_.slots()[k], contacts[k], &responses[k]);
   }
 }
 
-// The mean over the axes, weighted with the work of the force along each axis.
-double FemGreenModel::Softness(const ContactSlot& slot, const Eigen::Vector3d& force) {
-  const Bending& bending = BendingOf(slot.footprint.triangle, slot.contact.width);
+void FemGreenModel::AssessMesh(const ContactSlot& slot, const Contact& contact,
+                               ContactResponse* response) {
+  const double width = WidthOfTouch(contact);
+  const bool is_point = width == 0;
+  const Eigen::Vector3d& force = response->force_O;
   const double largest = force.cwiseAbs().maxCoeff();
-  if (!(largest > 0)) return 0;
+  if (is_point && locks_ && MayReplaceReason(*response)) {
+    response->validity = Validity::kExtrapolated;
+    response->flag_reason = kLocking;
+  }
+  if (!(largest > 0) || (is_point && !bending_.body_bends())) return;
+  const Bending& bending = BendingOf(slot.footprint.triangle, width);
+  // The means over the axes, weighted with the work of the force along each axis.
   const Eigen::Array3d squared = (force / largest).array().square();
-  const Eigen::Array3d work = squared * bending.compliance.array();
-  return work.sum() > 0 ? (work * bending.softness.array()).sum() / work.sum() : 0;
+  Eigen::Array3d work = squared * bending.compliance.array();
+  if (!(work.sum() > 0)) return;
+  work /= work.sum();
+  if ((work * bending.softness.array()).sum() > kMaxSoftness && MayReplaceReason(*response)) {
+    response->validity = Validity::kExtrapolated;
+    response->flag_reason = kStiffInBending;
+  }
+  if (is_point) return;
+  const MeshShare share{(work * bending.shear.array()).sum(),
+                        (work * bending.volume.array()).sum()};
+  if (slot.load >= 0) {
+    response->displacement_error = EffectOnLoad(share).error * response->displacement_O.norm();
+  } else {
+    Correct(EffectOf(share, nodes_per_element()), response);
+  }
 }
 
 const Bending& FemGreenModel::BendingOf(int triangle, double width) {
@@ -137,7 +154,8 @@ void FemGreenModel::Prefetch(std::span<const Contact> contacts) {
     if (!contact.p_O.allFinite() || !(contact.width >= 0)) continue;
     if (!places_.Find(contact, &footprint).empty()) continue;
     for (const auto& touched : footprint.places) wanted.push_back(touched.place);
-    if (bending_.body_bends()) BendingOf(footprint.triangle, contact.width);
+    const double width = WidthOfTouch(contact);
+    if (width > 0 || bending_.body_bends()) BendingOf(footprint.triangle, width);
   }
   columns_.Prefetch(wanted, nullptr);
 }

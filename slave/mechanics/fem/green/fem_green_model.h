@@ -21,12 +21,12 @@
 
 namespace palpate {
 
-// Four-node tetrahedra lock as nu approaches 0.5: from kLocks on their results are kExtrapolated.
-// Ten-node ones have a pressure unknown from 0.49 on, and accept nu up to 0.5. Results are also
-// kExtrapolated if a part bends too strongly for the elements (BendingTable; the first contact on a
-// triangle takes three more sparse solutions unless they are in the cache; bulky bodies need none).
-// See SurfaceNodePlaces and ComplianceSolver. Pass `element` with p_O to save time: without it the
-// whole surface is searched for a changed position.
+// Four-node tetrahedra lock as nu approaches 0.5, which the error of the force contains; at a point
+// their results are kExtrapolated from kLocks on. Ten-node ones have a pressure unknown from 0.4
+// on, and accept nu up to 0.5. Results are also kExtrapolated if a part bends too strongly for the
+// elements (BendingTable; the first contact on a triangle takes three more sparse solutions unless
+// they are in the cache). See SurfaceNodePlaces and ComplianceSolver. Pass `element` with p_O to
+// save time: without it the whole surface is searched for a changed position.
 class FemGreenModel final : public DeformationModel {
  public:
   struct Options {
@@ -60,9 +60,12 @@ class FemGreenModel final : public DeformationModel {
   void ComputeDisplacements(std::vector<Eigen::Vector3d>* u_O) override;
   void Describe(const Options& options, double poisson_ratio, std::size_t tets);
   [[nodiscard]] double MeasureUpdate();
-  void CheckBending(std::span<ContactResponse> responses);
-  [[nodiscard]] double Softness(const ContactSlot& slot, const Eigen::Vector3d& force);
+  void AssessMesh(std::span<const Contact> contacts, std::span<ContactResponse> responses);
+  void AssessMesh(const ContactSlot& slot, const Contact& contact, ContactResponse* response);
 
+  [[nodiscard]] int nodes_per_element() const {
+    return columns_.stiffness().elements.nodes_per_element;
+  }
   const Bending& BendingOf(int triangle, double width);
 
   SurfaceMesh surface_;

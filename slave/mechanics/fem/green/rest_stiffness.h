@@ -3,7 +3,7 @@
 //
 // Nondimensional: lengths are divided by length_unit, moduli by E of the body, and each tetrahedron
 // has a relative modulus, so K = K_SI / (E length_unit). Small strain. Ten nodes have a pressure
-// unknown per corner from nu = 0.49 on (SolidParams::HasPressureUnknown); four nodes lock as nu ->
+// unknown per corner from nu = 0.4 on; four nodes lock as nu ->
 // 0.5.
 #pragma once
 
