@@ -86,6 +86,7 @@ ContactStiffness::ContactStiffness(const Scene& scene, const SurfaceMesh& surfac
   Scene green = scene;
   green.model = {};
   green.model.kind = "fem-green";
+  green.model.fem.element = scene.model.fem.element;
   green.model.cache = scene.model.cache;
   green.model.range = 1;
   // A tick of the master is shorter than every relaxation time.

@@ -25,8 +25,8 @@ Eigen::Matrix3d DiscStiffness(const Material& material, double radius,
 // R^1/2 d^3/2: a = 2/3 (R d)^1/2 [m].
 double DiscOfSphere(double sphere_radius, double depth) noexcept;
 
-// The mesh determines the compliance of the whole body under patches of nodes that it resolves, by
-// Green's functions (fem-green) of its surface nodes. The additional compliance of a fingertip's
+// The scene's elements determine the compliance of the whole body under patches of nodes that they
+// resolve, by Green's functions (fem-green) of the surface nodes. The additional compliance of a fingertip's
 // smaller contact is that of a half-space:
 //
 //   K^-1 = K_mesh(a_patch)^-1 + K_disc(a)^-1 - K_disc(a_patch)^-1.
