@@ -18,6 +18,7 @@ import scipy.sparse as sp
 from scipy.sparse.linalg import splu
 
 GLUED = math.inf
+FILLET = 0.025  # at large strain, relative to the radius of a flat tool: a sharp rim has no solution without folds
 
 
 class Profile(NamedTuple):
@@ -34,18 +35,30 @@ class Profile(NamedTuple):
 
 
 class Tool(NamedTuple):
-    """A flat tool (radius of its face `half_width`) or a round one (`radius` of its sphere)."""
+    """A flat tool (radius of its face `half_width`, rounded at its rim with the radius `fillet`) or a round one (`radius` of its
+    sphere)."""
     half_width: float = 0
     radius: float = 0
+    fillet: float = 0
 
     def gap(self, r, z, tip):
         """Returns the distance of points from the tool whose tip is at the height `tip`, their normals into the tool (n, 2),
         the curvature of the distance, and whether they lie under it."""
-        if not self.radius:
+        bend = self.radius or self.fillet
+        if not bend:
             return tip - z, np.tile([0.0, 1.0], (len(r), 1)), np.zeros(len(r)), r <= self.half_width * (1 + 1e-9)
-        away = np.stack([-r, tip + self.radius - z], 1)
+        flat = self.half_width - self.fillet if self.fillet else 0.0
+        away = np.stack([np.minimum(flat - r, 0), tip + bend - z], 1)
         distance = np.hypot(*away.T)
-        return distance - self.radius, away / distance[:, None], 1 / distance, r < self.radius
+        gap, normal = distance - bend, away / distance[:, None]
+        curvature = np.where(away[:, 0] < 0, 1 / distance, 0) if self.fillet else 1 / distance
+        inside = (away[:, 1] < 0.5 * bend) & (r < flat + 0.99 * bend)  # along z, where the distance has no use
+        across = np.minimum(away[:, 0], 0) / bend
+        upright = np.sqrt(np.maximum(1 - across ** 2, 1e-4))
+        gap = np.where(inside, (tip + bend * (1 - upright) - z) * upright, gap)
+        normal = np.where(inside[:, None], np.stack([across, upright], 1), normal)
+        curvature = np.where(inside & (away[:, 0] < 0), 1 / bend, np.where(inside & bool(self.fillet), 0, curvature))
+        return gap, normal, curvature, r < (self.radius or self.half_width)
 
 
 def contact_radius(profile, tool, depth):
@@ -66,7 +79,7 @@ def mesh(profile, tool, depth, fineness):
         h = min(c / fineness + 0.25 * below, max(largest, 0.12 * math.hypot(r, top - z)))
         if face and face < profile.radius:  # where the stress is singular
             rim = math.hypot(r - face, z - top + float(profile.fall(np.float64(face))))
-            h = min(h, c / fineness / 20 + 0.25 * rim)
+            h = min(h, (tool.fillet / 4 if tool.fillet else c / fineness / 20) + 0.25 * rim)
         return min(h, c / fineness + 0.25 * math.hypot(r - profile.radius, z))
     gmsh.initialize()
     gmsh.option.setNumber("General.Terminal", 0)
@@ -221,147 +234,152 @@ class Condensed:
         return self.K @ u, self.K
 
 
-def held_solve(K, rows, columns, fixed, wanted, residual):
-    """Returns the change x of the unknowns, columns x, where those in `fixed` take the value `wanted` and the others fulfil
-    rows (K columns x + residual) = 0."""
-    free = np.flatnonzero(~fixed)
-    if isinstance(K, np.ndarray):
-        A = (rows @ K @ columns) if rows is not None else K
-        x = wanted.copy()
-        b = residual + A @ x
-        x[free] = np.linalg.solve(A[np.ix_(free, free)], -b[free])
-        return x
-    A = (rows @ K @ columns).tocsr()
-    x = wanted.copy()
-    b = residual + A @ x
-    x[free] = splu(A[free][:, free].tocsc()).solve(-b[free])
-    return x
+class Unsettled(Exception):
+    """Newton's method or the active set did not settle."""
 
 
-def press(body, tool, depth, friction=0.0, steps=1):
-    """Returns the force of the tool, its contact radius, and the forces at all steps. Newton's method with an active set; the nodes
-    of the top are free, slip or stick."""
-    n, top = len(body.top), body.top
-    X, scale = body.X[top], depth
-    u = np.zeros(body.size)
-    z = 2 * top + 1
-    rest = tool.gap(*X.T, body.profile.height)
-    touching = rest[3] & (rest[0] < 1e-9 * scale)
-    stuck = touching & (friction > 0)
-    anchor = X.copy()  # where a node sticks, relative to the tip
-    anchor[:, 1] -= body.profile.height
-    sign, curve = np.zeros(n), []
-    f, K = body.forces(u)
-    for step in range(1, steps + 1):
-        tip = body.profile.height - depth * step / steps
-        began, was = X + u.reshape(-1)[np.stack([2 * top, z], 1)], touching.copy()
-        gap_before = tool.gap(*(began if body.finite else X).T, tip + depth / steps)[0]
-        if not body.finite:
-            gap_before = tip + depth / steps + rest[0] - body.profile.height + (X[:, 1] - began[:, 1]) * 0
-        seen = set()
-        for iteration in range(80):
-            moved = u[np.stack([2 * top, z], 1)]
-            if body.finite:
-                gap, normal, bend, under = tool.gap(*(X + moved).T, tip)
-            else:
-                gap, normal, bend, under = rest[0] + tip - body.profile.height - moved[:, 1], np.tile([0.0, 1.0], (n, 1)), np.zeros(n), rest[3]
-            on = f[np.stack([2 * top, z], 1)]  # internal forces: those of the tool on the nodes
-            pull = (on * normal).sum(1)  # positive: pulled
-            tangent = np.stack([normal[:, 1], -normal[:, 0]], 1)
-            along = (on * tangent).sum(1)
-            if iteration:
-                new = np.where(touching, (pull < 0) & (under | ~np.bool_(body.finite)), under & (gap < -1e-9 * scale))
-                if iteration > 25:  # one node at a time ends a cycle
-                    measure = np.where(touching, pull / np.abs(pull).max(), -gap / scale) * (new != touching)
-                    keep = np.argmax(measure)
-                    new = np.where(np.arange(n) == keep, new, touching)
-                state = stuck & new
-                if friction and friction != GLUED:
-                    over = stuck & (np.abs(along) > friction * np.abs(pull) * (1 + 1e-9))
-                    sign = np.where(over, np.sign(along), sign)
-                    slide = ((X + moved - anchor - [0, tip]) * tangent).sum(1) * sign  # against the friction
-                    back = touching & ~stuck & was & (slide > 0)
-                    state = (stuck & new & ~over) | (back & new)
-                changed = (new != touching) | (state != stuck)
-                # A node that touches anew slides in this step and sticks in the next.
-                if not changed.any() and part == 1 and np.abs(x[: 2 * len(body.X)]).max() < 1e-8 * scale:
-                    break
-                touching, stuck = new, state
-            wanted, fixed = np.zeros(body.size), body.fixed.copy()
-            rows, columns = None, None
-            first = np.flatnonzero(touching)
-            fixed[z[first]] = True
-            wanted[z[first]] = gap[first]
-            glued = np.flatnonzero(stuck)
-            fixed[2 * top[glued]] = True
-            back = ((anchor + [0, tip] - X - moved) * tangent).sum(1)
-            wanted[2 * top[glued]] = back[glued]
-            slips = np.flatnonzero(touching & ~stuck) if friction and friction != GLUED else np.array([], int)
-            turned = body.finite and tool.radius
-            T, R = sp.identity(body.size, format="lil"), sp.identity(body.size, format="lil")
-            if turned:
-                for i in first:  # columns: along the tool, into the tool
-                    a, b = 2 * top[i], z[i]
-                    T[a, a], T[b, a], T[a, b], T[b, b] = *tangent[i], *normal[i]
-            R = T.T.tolil()
-            stiff = K
-            if turned:
-                curvature = np.where(touching, -pull * bend, 0)  # of the constraint, times its force
-                blocks = curvature[:, None, None] * tangent[:, :, None] * tangent[:, None, :]
-                index = np.stack([2 * top, z], 1)
-                stiff = K + sp.csc_matrix((-blocks.ravel(), (np.repeat(index, 2, 1).ravel(), np.tile(index, (1, 2)).ravel())), shape=K.shape)
-            T, R = T.tocsr(), R.tocsr()
-            if len(slips):
-                slide = sp.identity(body.size, format="lil")
-                for i in slips:
-                    slide[2 * top[i], z[i]] = friction * sign[i]  # along - sign friction |pull|, pull < 0
-                R = slide.tocsr() @ R
-            if isinstance(stiff, np.ndarray):
-                x = held_solve(stiff if not len(slips) else R @ stiff, None, None, fixed, wanted, R @ f)
-            else:
-                x = held_solve(stiff, R, T, fixed, wanted, R @ f)
-            x = T @ x
-            part = 1.0
-            while True:
-                f_new, K_new = body.forces(u + part * x)
-                if f_new is not None:
-                    break
-                part /= 2
-            u, f, K = u + part * x, f_new, K_new
-        else:
-            raise RuntimeError("the contact did not settle")
-        moved = u[np.stack([2 * top, z], 1)]
-        if friction:
+class Contact:
+    """A tool on the top of a body: which of its nodes touch, and which of those stick. Arrays have one row per node of the top."""
+
+    def __init__(self, body, tool, friction):
+        self.body, self.tool, self.friction = body, tool, friction
+        self.X, self.index = body.X[body.top], np.stack([2 * body.top, 2 * body.top + 1], 1)
+        self.depth, self.u = 0.0, np.zeros(body.size)
+        self.f, self.K = body.forces(self.u)
+        self.rest, _, _, self.under = tool.gap(*self.X.T, body.profile.height)
+        self.touching = self.under & (self.rest < 1e-9 * body.profile.height)
+        self.stuck = self.touching & (friction > 0)
+        self.anchor = self.X - [0, body.profile.height]  # where a node sticks, from the tip
+        self.sign = np.zeros(len(self.X))  # of the sliding friction
+
+    def places(self):
+        return self.X + self.u[self.index]
+
+    def gaps(self, places, depth):
+        """Returns distance, normal, curvature, and whether a node lies under the tool: at small strain those at rest."""
+        tip = self.body.profile.height - depth
+        if self.body.finite:
+            return self.tool.gap(*places.T, tip)
+        up = np.tile([0.0, 1.0], (len(places), 1))
+        return self.rest - depth - (places - self.X)[:, 1], up, np.zeros(len(places)), self.under
+
+    def force(self):
+        return -self.f[self.index[:, 1]].sum()
+
+    def advance(self, depth):
+        """Moves the tool to `depth`. Throws Unsettled and keeps the state."""
+        kept = self.u, self.f, self.K, self.touching, self.stuck, self.sign
+        began, was, way = self.places(), self.touching, depth - self.depth
+        tip = np.array([0, self.body.profile.height - depth])
+        try:
+            self.settle(depth, way, was, tip)
+        except (Unsettled, np.linalg.LinAlgError, RuntimeError):
+            self.u, self.f, self.K, self.touching, self.stuck, self.sign = kept
+            raise Unsettled
+        if self.friction:
             # Where a gap closed within the step, its node sticks where it was at that moment.
-            fresh = touching & ~was
-            share = np.clip(np.where(fresh, gap_fraction(rest, began, X, body, tool, tip, depth / steps), 1), 0, 1)[:, None]
-            place = began + share * (X + moved - began)
-            anchor = np.where(fresh[:, None], place - [0, tip], anchor)
-            slid = touching & was & ~stuck
-            anchor = np.where(slid[:, None], X + moved - [0, tip], anchor)
-            stuck = touching.copy() if friction == GLUED else (stuck | fresh) & touching | slid
-        curve.append(-f[z].sum())
-    reached = np.flatnonzero(touching)
-    return curve[-1], (X[reached, 0].max() if len(reached) else 0.0), curve
+            fresh, moved = self.touching & ~was, self.places()
+            share = np.clip(self.gaps(began, self.depth)[0] / way, 0, 1)[:, None]
+            self.anchor = np.where(fresh[:, None], began + share * (moved - began) - tip, self.anchor)
+            slid = self.touching & was & ~self.stuck
+            self.anchor = np.where(slid[:, None], moved - tip, self.anchor)
+            self.stuck = self.touching.copy()
+        self.depth = depth
+
+    def settle(self, depth, way, was, tip):
+        part, scale = 1.0, depth
+        for iteration in range(40):
+            places = self.places()
+            gap, normal, bend, under = self.gaps(places, depth)
+            tangent = np.stack([normal[:, 1], -normal[:, 0]], 1)
+            on = self.f[self.index]  # of the tool on the nodes
+            pull, along = (on * normal).sum(1), (on * tangent).sum(1)
+            lag = ((self.anchor + tip - places) * tangent).sum(1)
+            if iteration and part == 1:
+                touching = np.where(self.touching, pull < 0, under & (gap < -1e-9 * scale))
+                if iteration > 20:  # one node at a time ends a cycle
+                    worst = np.argmax(np.where(self.touching, pull / np.abs(pull).max(), -gap / scale) * (touching != self.touching))
+                    touching = np.where(np.arange(len(gap)) == worst, touching, self.touching)
+                stuck = self.stuck & touching
+                if self.friction and self.friction != GLUED:
+                    over = self.stuck & (np.abs(along) > self.friction * np.abs(pull) * (1 + 1e-9))
+                    self.sign = np.where(over, np.sign(along), self.sign)
+                    back = touching & was & ~self.stuck & (lag * self.sign < 0)  # slides with the friction
+                    stuck = (stuck & ~over) | back
+                is_settled = (touching == self.touching).all() and (stuck == self.stuck).all()
+                if is_settled and np.abs(x).max() < 1e-8 * scale:
+                    return
+                self.touching, self.stuck = touching, stuck
+            x = self.step(gap, normal, tangent, bend, pull, lag)
+            part = 1.0
+            while (new := self.body.forces(self.u + part * x))[0] is None:
+                part /= 2
+                if part < 1e-3:
+                    raise Unsettled
+            self.u = self.u + part * x
+            self.f, self.K = new
+            x = x[: 2 * len(self.body.X)]
+        raise Unsettled
+
+    def step(self, gap, normal, tangent, bend, pull, lag):
+        """Returns the change of the unknowns by one step of Newton's method. Nodes that touch have their unknowns along and across
+        the tool."""
+        n, (r, z) = self.body.size, self.index.T
+        wanted, fixed = np.zeros(n), self.body.fixed.copy()
+        wanted[z[self.touching]], wanted[r[self.stuck]] = gap[self.touching], lag[self.stuck]
+        fixed[z[self.touching]] = fixed[r[self.stuck]] = True
+        slips = self.touching & ~self.stuck
+        K, f, on = self.K, self.f, np.flatnonzero(self.touching)
+        is_turned, has_slip = self.body.finite and (self.tool.radius or self.tool.fillet), 0 < self.friction < GLUED and slips.any()
+        T = sp.identity(n, format="csr")
+        if is_turned:
+            T = sp.identity(n, format="lil")
+            for i in on:
+                T[r[i], r[i]], T[z[i], r[i]], T[r[i], z[i]], T[z[i], z[i]] = *tangent[i], *normal[i]
+            # The curvature of the tool, times its force.
+            blocks = np.where(self.touching, pull * bend, 0)[:, None, None] * tangent[:, :, None] * tangent[:, None, :]
+            rows, columns = np.repeat(self.index, 2, 1).ravel(), np.tile(self.index, (1, 2)).ravel()
+            T, K = T.tocsr(), K + sp.csc_matrix((blocks.ravel(), (rows, columns)), shape=K.shape)
+        R = T.T.tocsr()
+        if has_slip:  # along the tool: friction times the normal force
+            k = np.flatnonzero(slips)
+            R = (sp.identity(n) + sp.csr_matrix((self.friction * self.sign[k], (r[k], z[k])), shape=(n, n))) @ R
+        if isinstance(K, np.ndarray):
+            A, load = (R @ K if has_slip else K), R @ f
+        else:
+            A, load = (R @ K @ T).tocsr(), R @ f
+        free, x = np.flatnonzero(~fixed), wanted
+        b = (load + A @ x)[free]
+        x[free] = -(np.linalg.solve(A[np.ix_(free, free)], b) if isinstance(A, np.ndarray) else splu(A[free][:, free].tocsc()).solve(b))
+        return T @ x
 
 
-def gap_fraction(rest, began, X, body, tool, tip, way):
-    """Returns the share of a step after which the gap of a node closes, if the node moves steadily and ends on the tool."""
-    if body.finite:
-        gap = tool.gap(*began.T, tip + way)[0]
-    else:
-        gap = rest[0] + tip + way - body.profile.height - (began - X)[:, 1]
-    return np.maximum(gap, 0) / way
+def press(body, tool, depth, friction, steps):
+    """Returns the forces at the depths of `steps` steps, which are divided where needed."""
+    contact, forces = Contact(body, tool, friction), []
+    for k in range(1, steps + 1):
+        parts, end = 1, depth * k / steps
+        while contact.depth < end * (1 - 1e-12):
+            try:
+                contact.advance(min(end, contact.depth + depth / steps / parts))
+            except Unsettled:
+                parts *= 2
+                if parts > 32:
+                    raise RuntimeError(f"the contact did not settle beyond the depth {contact.depth:g}") from None
+        forces.append(contact.force())
+    return forces
 
 
-def force(profile, tool, depth, nu, friction=0.0, finite=False, fineness=None, steps=None):
+def force(profile, tool, depth, nu, friction=0.0, finite=False, fineness=24, steps=None):
     """Returns the force of a tool relative to E."""
-    fineness = fineness or 24
+    if finite and tool.half_width and not tool.fillet:
+        # The error is proportional to the fillet.
+        coarse, fine = (force(profile, tool._replace(fillet=share * tool.half_width), depth, nu, friction, True, fineness, steps)
+                        for share in (2 * FILLET, FILLET))
+        return 2 * fine - coarse
     body = Body(profile, tool, depth, nu, finite, fineness)
     if not finite:
         c = contact_radius(profile, tool, depth)
         body = Condensed(body, tool.half_width * (1 + 1e-9) if tool.half_width else min(1.6 * c, 0.999 * tool.radius))
-    is_flat = tool.half_width and not profile.cap
-    steps = steps or (1 if not finite and (friction == 0 or (is_flat and friction == GLUED)) else 40 if friction else 10)
-    answer, reached, _ = press(body, tool, depth, friction, steps)
-    return answer
+    is_single = not finite and (friction == 0 or (friction == GLUED and tool.half_width and not profile.cap))
+    return press(body, tool, depth, friction, steps or (1 if is_single else 40 if friction and not finite else 16))[-1]
