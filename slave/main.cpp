@@ -122,8 +122,14 @@ int Main(int argc, char** argv) {
   Add(solve_command, "--contacts", &solve.contacts, "FILE",
       "CSV case,x,y,z,dx,dy,dz[,width][,depth][,radius][,t]; rows of one case act together; planar "
       "scenes need no z");
-  solve_command->add_flag("--independent", solve.independent,
-                          "Each row acts alone, also where rows have the same case");
+  CLI::Option* independent =
+      solve_command->add_flag("--independent", solve.independent,
+                              "Each row acts alone, also where rows have the same case");
+  solve_command
+      ->add_flag("--path", solve.follows_path,
+                 "Each case continues from the one before, such as press, drag and lift under "
+                 "friction; else each starts from rest")
+      ->excludes(independent);
   Add(solve_command, "--loads", &solve.loads, "FILE",
       "CSV case,x,y,z,fx,fy,fz[,width][,t]; t gives a load history for time: dynamic");
   Add(solve_command, "--out", &solve.out, "FILE", "CSV with one row per input row")->required();

@@ -41,10 +41,23 @@ bool SolveTogether(std::span<const Contact> contacts, DeformationModel* model, S
   return solution->responses().front().validity != Validity::kFailed;
 }
 
-bool CaseSolver::Solve(const Case& one, std::vector<SolveRow>* rows, Solution* solution) {
+bool CaseSolver::Solve(const Case& one, CaseStart start, std::vector<SolveRow>* rows,
+                       Solution* solution) {
   RequireHeld(scene_, one, *rows);
-  if (SolveRow& row = (*rows)[one.front()]; IsPressedRound(row)) {
+  if (start == CaseStart::kRest) {
     model_->Reset();
+  } else if (!has_state_) {
+    for (const std::size_t i : one) (*rows)[i].response = {};
+    failure_ = "an earlier case of the path has no solution";
+    return false;
+  }
+  has_state_ = SolveRows(one, rows, solution);
+  failure_ = has_state_ ? std::string_view() : model_->failure();
+  return has_state_;
+}
+
+bool CaseSolver::SolveRows(const Case& one, std::vector<SolveRow>* rows, Solution* solution) {
+  if (SolveRow& row = (*rows)[one.front()]; IsPressedRound(row)) {
     const auto start = std::chrono::steady_clock::now();
     row.response = round_.Press(row, model_, solution);
     row.solve_us = 1e6 * SecondsSince(start);
@@ -53,7 +66,6 @@ bool CaseSolver::Solve(const Case& one, std::vector<SolveRow>* rows, Solution* s
   contacts_.clear();
   for (const std::size_t i : one) contacts_.push_back((*rows)[i].contact);
   double solve_us = 0;
-  model_->Reset();
   model_->Prefetch(contacts_);
   const bool solved = SolveTogether(contacts_, model_, solution, &solve_us);
   for (std::size_t k = 0; k < one.size(); ++k) {

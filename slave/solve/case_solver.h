@@ -2,8 +2,10 @@
 // `solve` and Python call it.
 #pragma once
 
+#include <cstdint>
 #include <optional>
 #include <span>
+#include <string_view>
 #include <vector>
 
 #include "slave/mechanics/deformation_model.h"
@@ -18,6 +20,12 @@ namespace palpate {
 
 using Case = std::vector<std::size_t>;  // rows that act together
 
+// State of the object before a case.
+enum class CaseStart : std::uint8_t {
+  kRest,
+  kLastCase,  // where the last case left it, so that friction follows the path of the cases
+};
+
 // Solves `contacts`, which act together, and measures the time. Returns false if there is no
 // answer.
 bool SolveTogether(std::span<const Contact> contacts, DeformationModel* model, Solution* solution,
@@ -29,12 +37,16 @@ class CaseSolver {
   CaseSolver(const Scene& scene, const ObjectMesh& mesh, DeformationModel* model)
       : scene_(scene), mesh_(mesh), model_(model), round_(scene, mesh) {}
 
-  // Solves the rows of one case from rest. False: there is no solution, which the rows state; the
-  // model's failure() is the reason. Throws std::invalid_argument for a single contact on an object
-  // without supports and gravity.
-  bool Solve(const Case& one, std::vector<SolveRow>* rows, Solution* solution);
+  // Solves the rows of one case. A contact continues one of the last case if it IsAt the same
+  // place. After a failed case the state is unknown, so that later cases fail until one starts from
+  // rest. False: there is no solution, which the rows state. Throws std::invalid_argument for a
+  // single contact on an object without supports and gravity.
+  bool Solve(const Case& one, CaseStart start, std::vector<SolveRow>* rows, Solution* solution);
+  // Why the last case has no solution, one clause with static lifetime; may be empty.
+  [[nodiscard]] std::string_view failure() const { return failure_; }
 
  private:
+  bool SolveRows(const Case& one, std::vector<SolveRow>* rows, Solution* solution);
   // Range in which the force of a tool is known. The last one is cached, because successive rows
   // usually have the same tool.
   struct Domain {
@@ -55,6 +67,8 @@ class CaseSolver {
   RoundRows round_;
   std::optional<Domain> domain_;
   std::vector<Contact> contacts_;  // memory for Solve
+  bool has_state_ = true;          // the last case was solved
+  std::string_view failure_;
 };
 
 }  // namespace palpate

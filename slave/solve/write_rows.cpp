@@ -26,12 +26,12 @@ void WriteVector(std::ofstream* stream, const Eigen::Vector3d& v, bool known) {
 
 bool WriteRows(const std::filesystem::path& file, const std::vector<SolveRow>& rows, bool moments) {
   const bool in_time = !rows.empty() && rows.front().t.has_value();
-  const bool bounds =
+  const bool errors =
       std::ranges::any_of(rows, [&](const SolveRow& row) { return ErrorOf(row.response) > 0; });
   const bool is_round = std::ranges::any_of(rows, IsPressedRound);
   std::ofstream stream(file);
   stream << "case,x,y,z,dx,dy,dz,fx,fy,fz,solve_us,validity" << (in_time ? ",t" : "")
-         << (moments ? ",mx,my,mz" : "") << (bounds ? ",error" : "") << ",width"
+         << (moments ? ",mx,my,mz" : "") << (errors ? ",error" : "") << ",width"
          << (is_round ? ",radius\n" : "\n");
   for (const auto& row : rows) {
     const bool known = row.response.validity != Validity::kFailed;
@@ -45,7 +45,8 @@ bool WriteRows(const std::filesystem::path& file, const std::vector<SolveRow>& r
     if (in_time) stream << ',' << Formatted("%.17g", *row.t);
     const auto& moment = row.response.moment_O;
     if (moments) WriteVector(&stream, moment.value_or(Eigen::Vector3d::Zero()), moment.has_value());
-    if (bounds) stream << ',' << (known ? Formatted("%.17g", ErrorOf(row.response)) : "");
+    const double error = ErrorOf(row.response);
+    if (errors) stream << ',' << (known && error > 0 ? Formatted("%.17g", error) : "");
     const bool is_flat = !moved || row.tool.shape == Tool::Shape::kFlat;
     stream << ',' << Formatted("%.17g", is_flat ? row.contact.width : 0);
     if (is_round) stream << ',' << Formatted("%.17g", IsPressedRound(row) ? row.tool.radius : 0);

@@ -12,8 +12,8 @@ namespace palpate {
 // Writes one line per row with 17 significant digits, including `t` if present, and the width or
 // radius that was pressed with, so that AppendRows reads the same contacts. `moments`: also the
 // moment of the force about the displaced centre of the contact, frame O [N m], empty where it is
-// unknown. Answers with a bound of their error get the column `bound`: of the force [N], of a
-// load's displacement [m]. False: the file cannot be written.
+// unknown. Answers with a stated error get the column `error`: of the force [N], of a load's
+// displacement [m]. False: the file cannot be written.
 bool WriteRows(const std::filesystem::path& file, const std::vector<SolveRow>& rows, bool moments);
 
 }  // namespace palpate

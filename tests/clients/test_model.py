@@ -128,14 +128,15 @@ class SlaveSolve(unittest.TestCase):
         self.addCleanup(self.scratch.cleanup)
         self.folder = pathlib.Path(self.scratch.name)
 
-    def solved(self, scene, rows, loads=False):
+    def solved(self, scene, rows, loads=False, path=False):
         """Returns the rows of `palpate-slave solve`, one per case."""
         (self.folder / "scene.yaml").write_text(json.dumps(scene))
         axes = "fx,fy,fz" if loads else "dx,dy,dz"
         lines = [f"case,x,y,z,{axes}"] + [f"{i}," + ",".join(map(digits, row)) for i, row in enumerate(rows)]
         (self.folder / "rows.csv").write_text("\n".join(lines) + "\n")
         done = subprocess.run([BIN / "palpate-slave", "solve", self.folder / "scene.yaml", "--loads" if loads else "--contacts",
-                               self.folder / "rows.csv", "--out", self.folder / "out.csv"], capture_output=True, text=True)
+                               self.folder / "rows.csv", "--out", self.folder / "out.csv"] + ["--path"] * path,
+                              capture_output=True, text=True)
         self.assertIn(done.returncode, (0, 1), done.stderr)
         with open(self.folder / "out.csv", encoding="utf-8") as table:
             return list(csv.DictReader(table))
@@ -195,6 +196,30 @@ class SameDigitsTest(SlaveSolve):
             self.assertEqual([[digits(x) for x in force] for force in case], expected)
         alone = model.solve(pair)
         self.assertNotEqual(digits(alone.force[0, 2]), expected[0][2])
+
+
+    def test_a_path_of_press_drag_return_and_lift(self):
+        # Law: Coulomb's. A straight way from rest has no friction where the drag has returned.
+        options = {"fixed": ON_GROUND, "kind": "fem", "tool": FLAT,
+                   "model": {"law": "neo-hookean", "contact": "friction", "friction": 0.3}}
+        place = [0.03, 0.03, 0.03]
+        rows = [place + moved for moved in ([0, 0, -0.002], [0.002, 0, -0.002], [0, 0, -0.002], [0, 0, 0.001])]
+        expected = self.solved(self.scene_of(BOX, 20e3, 0.3, options), rows, path=True)
+        model = quiet_model(BOX, 20e3, 0.3, **options)
+        path, alone = model.solve(rows, path=True), model.solve(rows)
+        for i, row in enumerate(expected):
+            self.assertEqual([digits(x) for x in path.force[i]], [row[c] for c in ("fx", "fy", "fz")])
+        normal = -path.force[:, 2]
+        self.assertTrue(np.all(np.hypot(path.force[:, 0], path.force[:, 1]) <= (0.3 + 1e-6) * normal))
+        self.assertGreater(path.force[1, 0], 0.9 * 0.3 * normal[1])
+        self.assertLess(path.force[2, 0], -0.5 * 0.3 * normal[2])
+        self.assertGreater(alone.force[2, 0], -0.1 * 0.3 * normal[2])
+        np.testing.assert_array_equal(path.force[3], 0)
+        together = model.solve([[row] for row in rows], together=True, path=True)
+        np.testing.assert_array_equal(together.force[:, 0], path.force)
+        broken = model.solve([rows[0], place + [0, 0, -0.05], rows[1]], path=True)  # deeper than thick
+        self.assertEqual(broken.validity.tolist(), [path.validity[0], "failed", "failed"])
+        self.assertEqual(broken.why[2], "an earlier case of the path has no solution")
 
 
 class MeshTest(SlaveSolve):

@@ -131,7 +131,7 @@ py::dict BoundModel::Info() const {
   return dict;
 }
 
-py::tuple BoundModel::Solve(const Numbers& rows, bool are_loads) {
+py::tuple BoundModel::Solve(const Numbers& rows, bool are_loads, CaseStart next) {
   const auto alone = Alone();
   if (!solver_) throw std::logic_error("Solve before Prepare");
   if (rows.ndim() != 3 || rows.shape(2) != 6) {
@@ -185,7 +185,8 @@ py::tuple BoundModel::Solve(const Numbers& rows, bool are_loads) {
   for (py::ssize_t i = 0; i < cases; ++i) {
     const auto first = static_cast<std::size_t>(i * contacts);
     for (std::size_t k = 0; k < one.size(); ++k) one[k] = first + k;
-    const bool solved = Computed([&] { return solver_->Solve(one, &rows_, &solution_); });
+    const CaseStart start = i == 0 ? CaseStart::kRest : next;
+    Computed([&] { solver_->Solve(one, start, &rows_, &solution_); });
     for (py::ssize_t j = 0; j < contacts; ++j) {
       const SolveRow& row = rows_[first + static_cast<std::size_t>(j)];
       const ContactResponse& response = row.response;
@@ -198,7 +199,7 @@ py::tuple BoundModel::Solve(const Numbers& rows, bool are_loads) {
       *error.mutable_data(i, j) = known && estimated > 0 ? estimated : kNone;
       *validity.mutable_data(i, j) = static_cast<std::uint8_t>(response.validity);
       if (!known) {
-        why.append(solved ? std::string_view() : model_->failure());
+        why.append(solver_->failure());
       } else {
         why.append(response.validity == Validity::kValid ? std::string_view() : ReasonOf(row));
       }

@@ -46,12 +46,11 @@ class BoundModel {
   [[nodiscard]] pybind11::dict Info() const;
 
   // `rows`: cases x contacts x 6, of each contact its place at rest [m], and its displacement [m]
-  // or
-  // (`are_loads`) the force on the object [N]. The contacts of a case act together, from rest.
-  // Returns (force, displacement, error, validity, why): cases x contacts x 3 twice, cases x
-  // contacts twice, NaN where there is no number; and one clause per contact. Throws
-  // std::invalid_argument naming the contact.
-  pybind11::tuple Solve(const Numbers& rows, bool are_loads);
+  // or (`are_loads`) the force on the object [N]. The contacts of a case act together. The first
+  // case starts from rest, the others as `next`. Returns (force, displacement, error, validity,
+  // why): cases x contacts x 3 twice, cases x contacts twice, NaN where there is no number; and one
+  // clause per contact. Throws std::invalid_argument naming the contact.
+  pybind11::tuple Solve(const Numbers& rows, bool are_loads, CaseStart next);
   // The time that the model took for the last case [us].
   [[nodiscard]] double update_us() const {
     const auto alone = Alone();

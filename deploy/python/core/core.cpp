@@ -129,8 +129,9 @@ void AddModel(py::module_* module) {
       .def("place_remark", &BoundModel::PlaceRemark)
       .def("update_us", &BoundModel::update_us)
       .def("info", &BoundModel::Info)
-      .def("solve", [](BoundModel& model, const Numbers& rows, bool are_loads) {
-        return Called([&] { return model.Solve(rows, are_loads); });
+      .def("solve", [](BoundModel& model, const Numbers& rows, bool are_loads, bool path) {
+        const CaseStart next = path ? CaseStart::kLastCase : CaseStart::kRest;
+        return Called([&] { return model.Solve(rows, are_loads, next); });
       });
   module->def("model_of_text", ModelOfText);
   module->def("model_of_file", ModelOfFile);

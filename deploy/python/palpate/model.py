@@ -31,9 +31,8 @@ class Answer:
     force         force of the tool on the body, (n, 3) [N]: a tool that pushes along -z has a force along -z.
                   NaN: no solution.
     displacement  displacement of the contact, (n, 3) [m], as it was given; under `loads`: the mean over the contact.
-    error         estimated error of the iteration that finds the force [N], of a load's displacement [m], (n,). NaN: the model
-                  does not estimate it; `kind="fem"` with the law neo-hookean does. It contains neither the error of the mesh
-                  nor that of young_modulus: compare with a mesh of half the edges.
+    error         stated error of the force [N], of a load's displacement [m], (n,): that of the iteration and of the mesh, not
+                  that of young_modulus. NaN: this model has no estimate.
     validity      "valid", "extrapolated" (a number outside the range in which the model is known to be right) or "failed"
     why           why an answer is not valid, (n,); empty for valid ones
     """
@@ -143,13 +142,18 @@ class Model:
         """The time that the model took for the last case, without Python [us]."""
         return self._core.update_us()
 
-    def solve(self, contacts: ArrayLike | None = None, *, loads: ArrayLike | None = None, together: bool = False) -> Answer:
+    def solve(self, contacts: ArrayLike | None = None, *, loads: ArrayLike | None = None, together: bool = False,
+              path: bool = False) -> Answer:
         """The force of each contact: its place at rest and its displacement, x, y, z, dx, dy, dz, frame O [m].
 
         contacts  (6,) or (n, 6). Each row is a contact of its own, from rest, unless
         together  (n, 6): all rows act at the same time; (m, n, 6): m cases of n contacts each.
         loads     in place of contacts: x, y, z [m] and the force of the tool on the body fx, fy, fz [N]; the answer is the
                   displacement.
+        path      each row, with `together` each case, continues from the one before instead of from rest. Friction, with
+                  model={"contact": "friction"}, depends on it: press, drag and lift. A tool is the same one while its place x,
+                  y, z stays the same, and its displacement is counted from there. It is gone in a case without it. After a
+                  row without solution the others have none.
 
         A place is on the surface: a node, or at most half an edge of the nearest triangle away. On a plane body z and dz
         are 0, on a membrane dx and dy. Raises ValueError naming the contact.
@@ -162,7 +166,7 @@ class Model:
             raise ValueError(f"{name}: shape {rows.shape}: expected {'(n, 6) or (m, n, 6)' if together else '(6,) or (n, 6)'}: "
                              f"place x, y, z and {'force' if loads is not None else 'displacement'} along x, y, z")
         cases = rows.reshape(-1, rows.shape[-2] if together else 1, 6)
-        force, displacement, error, validity, why = self._core.solve(cases, loads is not None)
+        force, displacement, error, validity, why = self._core.solve(cases, loads is not None, path)
         shape = rows.shape[:-1]
         return Answer(force.reshape(*shape, 3), displacement.reshape(*shape, 3), error.reshape(shape),
                       VALIDITIES[validity].reshape(shape), np.array(why, dtype=object).reshape(shape))
@@ -170,7 +174,7 @@ class Model:
 
 def solve(mesh: Any, young_modulus: float | str, poisson_ratio: float, contacts: ArrayLike | None = None, *,
           tool: Mapping[str, Any] | None = None, fixed: Where | None = None, kind: str = "auto", loads: ArrayLike | None = None,
-          together: bool = False, thickness: float | str | None = None, unit: float | str = "m",
+          together: bool = False, path: bool = False, thickness: float | str | None = None, unit: float | str = "m",
           resolution: float | str | None = None, model: Mapping[str, Any] | None = None) -> Answer:
     """The contact force of a soft body, once: `Model` describes mesh, material, tool and fixed, `Model.solve` contacts.
 
@@ -186,7 +190,7 @@ def solve(mesh: Any, young_modulus: float | str, poisson_ratio: float, contacts:
     """
     prepared = Model(mesh, young_modulus, poisson_ratio, tool=tool, fixed=fixed, kind=kind, thickness=thickness, unit=unit,
                      resolution=resolution, model=model)
-    answer = prepared.solve(contacts, loads=loads, together=together)
+    answer = prepared.solve(contacts, loads=loads, together=together, path=path)
     for reason in dict.fromkeys(why for why, valid in zip(answer.why.flat, answer.valid.flat) if not valid):
         alike = answer.why == reason
         _warn(f"{np.sum(alike)} of {answer.why.size} answers are not valid ({answer.validity[alike][0]}): {reason}")

@@ -8,6 +8,7 @@
 #include <map>
 #include <memory>
 #include <optional>
+#include <set>
 #include <stdexcept>
 #include <string>
 #include <string_view>
@@ -40,6 +41,21 @@ std::vector<Case> GroupByCase(const std::vector<SolveRow>& rows, bool independen
     cases[found->second].push_back(i);
   }
   return cases;
+}
+
+// Requires that the rows of a case follow one another in their file: a path visits a case once.
+void RequireInOrder(const std::vector<SolveRow>& rows) {
+  for (const auto kind : {Contact::Kind::kDisplacement, Contact::Kind::kForce}) {
+    std::set<std::string_view> visited;
+    std::string_view last;
+    for (const SolveRow& row : rows) {
+      if (row.contact.kind != kind || row.case_name == last) continue;
+      last = row.case_name;
+      if (visited.insert(last).second) continue;
+      throw InputError("--path: case " + row.case_name +
+                       " has rows before and after other cases: expected a new case for each step");
+    }
+  }
 }
 
 // Reports rows that act together: a scan with one case name for all rows would be a press at all
@@ -160,12 +176,16 @@ int Solve(const SolveOptions& options, const std::stop_token& stop) {
   }
   const ObjectMesh mesh = MeshObject(scene, std::nullopt);
   const bool dynamic = MovesInTime(scene);
+  if (dynamic && options.follows_path) {
+    throw InputError("--path: expected a static model; the column t is the path of others");
+  }
   const RowRules rules = RulesOf(scene);
   std::vector<SolveRow> rows = ReadRows(options, mesh, rules);
   const std::vector<Case> cases = GroupByCase(rows, options.independent);
   if (dynamic && options.independent) {
     throw InputError("--independent: only with a static model, whose rows are no history");
   }
+  if (options.follows_path) RequireInOrder(rows);
   if (!options.independent && !rules.shaped) RequireAlone(rows);
   if (dynamic && !rules.shaped && std::ranges::any_of(rows, IsPressedRound)) {
     throw InputError("solve: tool.shape = round: expected flat with a model that moves in time");
@@ -188,14 +208,16 @@ int Solve(const SolveOptions& options, const std::stop_token& stop) {
   try {
     for (const Case& one : cases) {
       const std::string& name = rows[one.front()].case_name;
+      const CaseStart start =
+          options.follows_path && &one != &cases.front() ? CaseStart::kLastCase : CaseStart::kRest;
       const bool solved = dynamic
                               ? SolveInTime(one, rows, model.get(), &progress, &answers, &solution)
-                              : solver.Solve(one, &rows, &solution);
+                              : solver.Solve(one, start, &rows, &solution);
       if (!solved) {
         all_solved = false;
         progress.Clear();
         std::fprintf(stderr, "solve: case %s failed: %s\n", name.c_str(),
-                     std::string(model->failure()).c_str());
+                     std::string(dynamic ? model->failure() : solver.failure()).c_str());
       } else if (field) {
         field->AddCase(name, solution);
       }

@@ -17,6 +17,7 @@ struct SolveOptions {
   std::filesystem::path out;           // CSV
   std::filesystem::path field;         // VTU; empty: none
   bool independent = false;            // each row acts alone, independent of its case
+  bool follows_path = false;           // each case starts where the last one ended, not from rest
   bool moments = false;                // `out` gets the columns mx, my, mz
 };
 

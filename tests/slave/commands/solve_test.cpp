@@ -260,6 +260,74 @@ TEST_F(SolveTest, RowsOfACaseActTogetherAndCasesDoNot) {
   EXPECT_EQ(outcome.rows[2].at("solve_us"), outcome.rows[3].at("solve_us"));
 }
 
+constexpr const char* kCube = R"(name: cube
+object:
+  geometry: {box: {size: [60 mm, 60 mm, 60 mm], cells: [2, 2, 2]}}
+  material: {young_modulus: 3.8 kPa, poisson_ratio: 0.15, density: 45 kg/m3}
+  fixed: {plane: {axis: z, at: 0}}
+model: {kind: fem, time: dynamic, step: 20 ms}
+)";
+
+constexpr const char* kSlippery = R"(name: slippery
+object:
+  geometry: {box: {size: [60 mm, 60 mm, 30 mm], cells: [10, 10, 5]}}
+  material: {young_modulus: 20 kPa, poisson_ratio: 0.3}
+  fixed: {plane: {axis: z, at: 0 mm}}
+tool: {shape: flat, width: 20 mm}
+model: {kind: fem, law: neo-hookean, contact: friction, friction: 0.3}
+)";
+constexpr const char* kPressDragLift =
+    "press,0.03,0.03,0.03,0,0,-0.002\ndrag,0.03,0.03,0.03,0.002,0,-0.002\n"
+    "back,0.03,0.03,0.03,0,0,-0.002\nlift,0.03,0.03,0.03,0,0,0.001\n"
+    "again,0.03,0.03,0.03,0,0,-0.002\n";
+
+// Law: Coulomb's. A tool that slid one way and returns has friction the other way, of up to mu
+// times the normal force. Straight from rest to the same place it has none.
+TEST_F(SolveTest, OnAPathACaseContinuesFromTheOneBefore) {
+  constexpr double kFriction = 0.3;
+  options_.scene = Write("slippery.yaml", kSlippery);
+  const SolveOutcome alone = RunContacts(std::string(kHeader) + kPressDragLift);
+  options_.follows_path = true;
+  const SolveOutcome path = RunContacts(std::string(kHeader) + kPressDragLift);
+  ASSERT_EQ(path.rows.size(), 5U) << path.message;
+  const double press = -Number(path, 0, "fz");
+  EXPECT_GT(press, 0);
+  EXPECT_EQ(path.rows[0].at("fz"), alone.rows.at(0).at("fz")) << "the first case starts from rest";
+  const double drag = Number(path, 1, "fx"), limit = -kFriction * Number(path, 1, "fz");
+  EXPECT_GT(drag, 0.9 * limit) << "it slides, and drags the surface along";
+  for (const std::size_t row : {0U, 1U, 2U}) {
+    const double across = std::hypot(Number(path, row, "fx"), Number(path, row, "fy"));
+    EXPECT_LE(across, -(kFriction + 1e-6) * Number(path, row, "fz")) << row;
+  }
+  EXPECT_LT(Number(path, 2, "fx"), -0.5 * limit);
+  EXPECT_LT(std::abs(Number(alone, 2, "fx")), 0.05 * press) << "a diagonal of each cell";
+  for (const char* axis : {"fx", "fy", "fz"}) EXPECT_EQ(Number(path, 3, axis), 0) << axis;
+  for (const char* axis : {"fx", "fy", "fz"}) {
+    EXPECT_NEAR(Number(path, 4, axis), Number(path, 0, axis), 1e-3 * press)
+        << "the lifted tool has no history";
+  }
+}
+
+TEST_F(SolveTest, APathEndsAtACaseWithoutSolution) {
+  options_.scene = Write("slippery.yaml", kSlippery);
+  options_.follows_path = true;
+  const SolveOutcome outcome = RunContacts(
+      "case,x,y,z,dx,dy,dz,width\npress,0.03,0.03,0.03,0,0,-0.002,0.02\n"
+      "held,0.03,0.03,0,0,0,0.001,0\nnext,0.03,0.03,0.03,0.001,0,-0.002,0.02\n");
+  EXPECT_EQ(outcome.exit_code, 1);
+  EXPECT_EQ(outcome.rows.at(0).at("validity"), "valid") << outcome.message;
+  EXPECT_EQ(outcome.rows.at(1).at("validity"), "failed");
+  EXPECT_EQ(outcome.rows.at(2).at("validity"), "failed");
+  EXPECT_THAT(outcome.message,
+              HasSubstr("case next failed: an earlier case of the path has no solution"));
+  EXPECT_THAT(
+      RunContacts(std::string(kHeader) + kPressDragLift + "press,0.03,0.03,0.03,0,0,0\n").message,
+      HasSubstr("--path: case press has rows before and after other cases"));
+  options_.scene = Write("cube.yaml", kCube);
+  EXPECT_THAT(RunContacts(std::string(kHeader) + kPressDragLift).message,
+              HasSubstr("--path: expected a static model"));
+}
+
 TEST_F(SolveTest, AFailedCaseHasEmptyForcesExitsOneAndSparesTheOthers) {
   const SolveOutcome outcome = RunContacts(
       "case,x,y,dx,dy\nA,0.044,0.088,0,-1e-3\nA,0.044,0.088,0,-1e-3\nB,0.044,0.088,0,-1e-3\n"
@@ -387,14 +455,6 @@ TEST_F(SolveTest, WritesTheFieldForParaView) {
   EXPECT_LT(u.row(1).minCoeff(), -0.0025);
   EXPECT_GT(u.row(1).minCoeff(), -0.005);
 }
-
-constexpr const char* kCube = R"(name: cube
-object:
-  geometry: {box: {size: [60 mm, 60 mm, 60 mm], cells: [2, 2, 2]}}
-  material: {young_modulus: 3.8 kPa, poisson_ratio: 0.15, density: 45 kg/m3}
-  fixed: {plane: {axis: z, at: 0}}
-model: {kind: fem, time: dynamic, step: 20 ms}
-)";
 
 // Reference: slave/solve/README.md: linear between rows, the value at the end of a step, one row
 // per step and place, with `t`.
