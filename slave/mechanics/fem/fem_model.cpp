@@ -219,6 +219,10 @@ bool FemModel::Hold(std::span<const Contact> contacts) {
 bool FemModel::HoldTools(std::span<const Contact> contacts) {
   std::swap(accepted_, former_);
   accepted_.assign(contacts.begin(), contacts.end());
+  const auto is_touchable = [&](const PlaceWeight& at) {
+    const double* free = At(body_.free(), body_.Number(at.place)).v;
+    return free[0] * free[1] * free[2] != 0;
+  };
   std::vector<fem::ToolContacts::Touch> touches;
   for (std::size_t k = 0; k < contacts.size(); ++k) {
     const auto known = std::ranges::find_if(
@@ -226,6 +230,10 @@ bool FemModel::HoldTools(std::span<const Contact> contacts) {
     accepted_[k].prescribed_O =
         known != former_.end() ? known->prescribed_O : Vector3d(Vector3d::Zero());
     if (!IsTool(contacts[k])) continue;
+    if (std::ranges::none_of(places()[k].nodes, is_touchable)) {
+      std::swap(accepted_, former_);
+      return Fail("the tool touches only what supports hold");
+    }
     tool_[k] = static_cast<int>(touches.size());
     const double friction = params_.contact == ContactLaw::kBonded
                                 ? std::numeric_limits<double>::infinity()
