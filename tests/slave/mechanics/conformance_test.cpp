@@ -1,8 +1,10 @@
 // Tests the requirements of deformation_model.h with every kind of model. A new kind is added by
 // one line in TestedKinds().
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <functional>
+#include <iterator>
 #include <limits>
 #include <memory>
 #include <ostream>
@@ -13,11 +15,13 @@
 
 #include "shared/mesh/solid_mesh.h"
 #include "slave/mechanics/bem/bem2d_model.h"
+#include "slave/mechanics/extruded/extruded_model.h"
 #include "slave/mechanics/fem/fem_model.h"
 #include "slave/mechanics/fem/green/fem_green_model.h"
 #include "slave/mechanics/fem/solid/solid_model.h"
 #include "slave/mechanics/plate/plate_large_model.h"
 #include "slave/mechanics/plate/plate_model.h"
+#include "slave/mechanics/relaxation/relaxing_model.h"
 #include "tests/slave/mechanics/bodies.h"
 #include "tests/support/allocation_count.h"
 #include "tests/support/fixed_nodes.h"
@@ -37,6 +41,8 @@ struct Presses {
 };
 const Presses kOnCube{{0.5, 0.5, 1}, {0.25, 0.5, 1}, {0.5, 0.5, 0}, {0.1, 0.05, -1}};
 const Presses kOnBlock{{0.52, 1, 0}, {0.21, 1, 0}, {0.52, 0, 0}, {0.1, -1, 0}};
+// Of tools that cover 13 nodes of a cube of twelve cells.
+const Presses kByTools{{0.25, 0.5, 1}, {0.75, 0.5, 1}, {0.5, 0.5, 0}, {0.1, 0.05, -1}};
 const Presses kOnDisc{{0.05, 0, 0}, {-0.2, 0.1, 0}, {0.5, 0, 0}, {0, 0, -1}, 1e-4};
 
 struct TestedKind {
@@ -51,6 +57,11 @@ struct TestedKind {
   // Relative difference between a load and a displacement at the same place, and between the works
   // of two loads, if the stiffness of the discretisation is not symmetric (collocation).
   double asymmetry = 0;
+  bool acts_alone = false;  // one contact at a time
+  // The answer depends on earlier ones. It is tested from rest, in time after one step.
+  bool has_history = false;
+  double width = 0;     // of rigid tools that touch and leave; 0: contacts that move one place
+  double friction = 0;  // Coulomb's coefficient of such tools
 };
 void PrintTo(const TestedKind& kind, std::ostream* out) {
   *out << kind.name;
@@ -60,8 +71,8 @@ struct CubeBody {
   SolidMesh mesh;
   HeldNodes held;  // supports: the bottom
 };
-CubeBody MakeCube(double size) {
-  const SolidMesh mesh = MeshBox({size, size, size}, {4, 4, 4});
+CubeBody MakeCube(double size, int across = 4) {
+  const SolidMesh mesh = MeshBox({size, size, size}, {across, across, 4});
   return {mesh, FixedWhere(mesh, [&](const Vector3d& p) { return p.z() < 1e-6 * size; })};
 }
 
@@ -93,10 +104,33 @@ TestedKind Fem(const char* name, Law law) {
           }};
 }
 
+TestedKind ByTool(const char* name, Law law, double friction) {
+  const ContactLaw contact = friction > 0 ? ContactLaw::kFriction : ContactLaw::kFrictionless;
+  return {.name = name,
+          .presses = &kByTools,
+          .is_linear = false,
+          .tolerance = 1e-6,
+          .make = [=](double size, double modulus) -> Model {
+            FemModel::Params params{
+                .material = {.young_modulus = modulus, .poisson_ratio = 0.3, .density = 0},
+                .options = {.law = law, .residual = 1e-10},
+                .range = 0.1,
+                .contact = contact,
+                .friction = friction};
+            const CubeBody cube = MakeCube(size, 12);
+            return std::make_unique<FemModel>(cube.mesh, cube.held, params);
+          },
+          .has_history = true,
+          .width = 0.35,
+          .friction = friction};
+}
+
 TestedKind Solid(const char* name, Element element, Law law, double nu = 0.3) {
   return {name, &kOnCube, law == Law::kLinear, 1e-7, [=](double size, double modulus) -> Model {
+            std::vector<OgdenTerm> terms;
+            if (law == Law::kOgden) terms = {{0.7, 3}, {0.3, -2}};
             SolidModel::Params params{
-                .options = {.element = element, .law = law, .residual = 1e-10},
+                .options = {.element = element, .law = law, .terms = terms, .residual = 1e-10},
                 .young_modulus = modulus,
                 .poisson_ratio = nu};
             const CubeBody cube = MakeCube(size);
@@ -112,6 +146,33 @@ TestedKind Green(const char* name, FemOptions::Element element, double nu = 0.3,
                 cube.mesh, cube.held, modulus, nu,
                 FemGreenModel::Options{.element = element, .contact = contact});
           }};
+}
+
+TestedKind Extruded() {
+  return {.name = "extruded",
+          .presses = &kOnBlock,
+          .is_linear = true,
+          .tolerance = 1e-9,
+          .make = [](double size, double modulus) -> Model {
+            const ReferenceProblem problem = bodies::Block(60, size, 0.4);
+            const double thickness = 0.1 * size;
+            return std::make_unique<ExtrudedModel>(problem.mesh, problem.held,
+                                                   ExtrudedModel::Params{.young_modulus = modulus,
+                                                                         .poisson_ratio = 0.4,
+                                                                         .thickness = thickness,
+                                                                         .depth = thickness});
+          },
+          .acts_alone = true};
+}
+
+TestedKind Relaxing() {
+  TestedKind kind = Green("fem-green-relaxing", Element::kTet4);
+  kind.make = [elastic = kind.make](double size, double modulus) -> Model {
+    const std::array<RelaxationTerm, 2> terms{{{0.3, 0.1}, {0.2, 5}}};
+    return std::make_unique<RelaxingModel>(elastic(size, modulus), terms, 0.02);
+  };
+  kind.has_history = true;
+  return kind;
 }
 
 TestedKind Plate() {
@@ -140,6 +201,14 @@ std::vector<TestedKind> TestedKinds() {
       Solid("fem-tet10-linear-mixed", Element::kTet10, Law::kLinear, 0.499),
       Solid("fem-tet10-neo-hookean", Element::kTet10, Law::kNeoHookean),
       Solid("fem-tet4-neo-hookean", Element::kTet4, Law::kNeoHookean),
+      Solid("fem-tet4-ogden", Element::kTet4, Law::kOgden),
+      Solid("fem-tet10-ogden", Element::kTet10, Law::kOgden),
+      ByTool("fem-linear-friction", Law::kLinear, 0.3),
+      ByTool("fem-corotational-friction", Law::kCorotational, 0.3),
+      ByTool("fem-neo-hookean-friction", Law::kNeoHookean, 0.3),
+      ByTool("fem-neo-hookean-frictionless", Law::kNeoHookean, 0),
+      Extruded(),
+      Relaxing(),
       Green("fem-green-tet4", FemOptions::Element::kTet4),
       Green("fem-green-tet10", FemOptions::Element::kTet10),
       Green("fem-green-tet10-mixed", FemOptions::Element::kTet10, 0.499),
@@ -169,17 +238,29 @@ class Conformance : public testing::TestWithParam<TestedKind> {
                     double size = kSize) {
     return {.kind = kind, .p_O = size * place, .prescribed_O = value};
   }
-  // Returns a displacement at the first place, `factor` times the usual depth.
-  [[nodiscard]] Contact Move(double factor = 1, double size = kSize) const {
-    const Presses& p = *GetParam().presses;
-    return At(p.p_O, Contact::Kind::kDisplacement, factor * p.depth * size * p.direction, size);
+  // Returns a displacement at `place`, `factor` times the usual depth.
+  [[nodiscard]] static Contact MoveAt(const Vector3d& place, double factor, double size) {
+    const TestedKind& kind = GetParam();
+    const Vector3d moved = factor * kind.presses->depth * size * kind.presses->direction;
+    Contact contact = At(place, Contact::Kind::kDisplacement, moved, size);
+    contact.width = kind.width * size;
+    return contact;
   }
-  [[nodiscard]] Contact MoveOther(double factor = 1) const {
-    const Presses& p = *GetParam().presses;
-    return At(p.other_p_O, Contact::Kind::kDisplacement, factor * p.depth * kSize * p.direction);
+  [[nodiscard]] static Contact Move(double factor = 1, double size = kSize) {
+    return MoveAt(GetParam().presses->p_O, factor, size);
+  }
+  [[nodiscard]] static Contact MoveOther(double factor = 1) {
+    return MoveAt(GetParam().presses->other_p_O, factor, kSize);
+  }
+  // Returns contacts at both places, or at the first one only if the kind takes one at a time.
+  [[nodiscard]] static std::vector<Contact> MoveBoth() {
+    std::vector<Contact> contacts{Move(), MoveOther()};
+    if (GetParam().acts_alone) contacts.pop_back();
+    return contacts;
   }
   static std::vector<ContactResponse> Answer(DeformationModel& model,
                                              const std::vector<Contact>& contacts) {
+    if (GetParam().has_history) model.Reset();
     std::vector<ContactResponse> responses(contacts.size());
     model.Respond(contacts, responses);
     return responses;
@@ -214,7 +295,10 @@ TEST_P(Conformance, NoContactIsNoFailure) {
   for (const Vector3d& u : u_O) EXPECT_LE(u.norm(), 1e-12 * kSize);
 }
 
-TEST_P(Conformance, ALoadInvertsADisplacement) {
+// Contacts that move their place, whatever its force.
+class HeldConformance : public Conformance {};
+
+TEST_P(HeldConformance, ALoadInvertsADisplacement) {
   const Model model = Make();
   for (const Contact& contact : {Move(), MoveOther()}) {
     const ContactResponse moved = Answer(*model, {contact}).front();
@@ -234,24 +318,27 @@ TEST_P(Conformance, ALoadInvertsADisplacement) {
 // Reference: central differences, whose error is that of the second order of a strain of 1e-5.
 TEST_P(Conformance, AStatedStiffnessIsTheDerivativeOfTheForce) {
   const Model model = Make();
-  const ContactResponse response = Answer(*model, {Move(), MoveOther()}).front();
+  const ContactResponse response = Answer(*model, MoveBoth()).front();
   if (response.stiffness_O.isZero(0)) return;  // this kind gives no stiffness
   for (const double side : {0.0, 1.0}) {  // along the press, and tangentially if this has a force
     Vector3d step = 1e-3 * Move().prescribed_O;
     if (side > 0) step = Vector3d(step.z(), 0, -step.x());
     if (side > 0 && response.force_O.head<2>().isZero(0)) continue;
-    Contact more = Move(), less = Move();
-    more.prescribed_O += step, less.prescribed_O -= step;
-    const Vector3d change = Answer(*model, {more, MoveOther()}).front().force_O -
-                            Answer(*model, {less, MoveOther()}).front().force_O;
+    std::vector<Contact> more = MoveBoth(), less = MoveBoth();
+    more[0].prescribed_O += step, less[0].prescribed_O -= step;
+    const Vector3d change =
+        Answer(*model, more).front().force_O - Answer(*model, less).front().force_O;
     const Vector3d expected = 2 * (response.stiffness_O * step);
     ExpectNear(change, expected, 1e-3 * expected.norm() + 1e-9 * response.force_O.norm());
   }
 }
 
+// Kinds of several contacts.
+class PairConformance : public Conformance {};
+
 // Betti: the work of one load on the displacements of another is that of the other on its own.
 // Reference of nonlinear kinds: the limit of small loads, to which they tend linearly.
-TEST_P(Conformance, WorksOfTwoLoadsAreReciprocal) {
+TEST_P(PairConformance, WorksOfTwoLoadsAreReciprocal) {
   const Model model = Make();
   const Presses& p = *GetParam().presses;
   const double small = GetParam().is_linear ? 1 : 1e-2;
@@ -270,10 +357,19 @@ class LinearConformance : public Conformance {};
 
 TEST_P(LinearConformance, ForcesSuperpose) {
   const Model model = Make();
-  const auto one = Answer(*model, {Move(), MoveOther(0)});
-  const auto two = Answer(*model, {Move(0), MoveOther(-2)});
-  const auto both = Answer(*model, {Move(), MoveOther(-2)});
-  for (std::size_t i = 0; i < 2; ++i) {
+  std::vector<Contact> contacts = MoveBoth();
+  // The second contact, or a second motion of the only one.
+  const auto ask = [&](double first, double second) {
+    contacts = MoveBoth();
+    Vector3d& moved = contacts[0].prescribed_O;
+    const double across = moved.head<2>().isZero(0) ? 0 : 0.3 * moved.norm();
+    const Vector3d aside(0, across, 0);
+    moved = first * moved + second * (0.5 * moved + aside);
+    if (contacts.size() > 1) contacts[1].prescribed_O *= -2 * second;
+    return Answer(*model, contacts);
+  };
+  const auto one = ask(1, 0), two = ask(0, 1), both = ask(1, 1);
+  for (std::size_t i = 0; i < both.size(); ++i) {
     ExpectNear(both[i].force_O, one[i].force_O + two[i].force_O,
                10 * tolerance() * one[0].force_O.norm());
   }
@@ -310,15 +406,17 @@ TEST_P(Conformance, SizeAndModulusAreUnits) {
 
 TEST_P(Conformance, OrderAndRepetitionDoNotMatter) {
   const Model model = Make();
-  const auto once = Answer(*model, {Move(), MoveOther()});
-  const auto again = Answer(*model, {Move(), MoveOther()});
-  const auto exchanged = Answer(*model, {MoveOther(), Move()});
+  std::vector<Contact> contacts = MoveBoth();
+  const auto once = Answer(*model, contacts);
+  const auto again = Answer(*model, contacts);
+  std::ranges::reverse(contacts);
+  const auto exchanged = Answer(*model, contacts);
   const Model fresh = Make();
-  const auto expected = Answer(*fresh, {MoveOther(), Move()});
-  for (std::size_t i = 0; i < 2; ++i) {
+  const auto expected = Answer(*fresh, contacts);
+  for (std::size_t i = 0; i < contacts.size(); ++i) {
     const double limit = 10 * tolerance() * once[i].force_O.norm();
     ExpectNear(again[i].force_O, once[i].force_O, limit);
-    ExpectNear(exchanged[1 - i].force_O, once[i].force_O, limit);
+    ExpectNear(exchanged[contacts.size() - 1 - i].force_O, once[i].force_O, limit);
     ExpectNear(exchanged[i].force_O, expected[i].force_O, limit);
   }
 }
@@ -380,12 +478,12 @@ TEST_P(Conformance, AModulusThatIsNoneIsRefused) {
 
 TEST_P(Conformance, AStiffnessIsGivenWhereItIsWanted) {
   const Model model = Make();
-  const ContactResponse wanted = Answer(*model, {Move(), MoveOther()}).front();
-  std::vector<Contact> unwanted{Move(), MoveOther()};
+  const ContactResponse wanted = Answer(*model, MoveBoth()).front();
+  std::vector<Contact> unwanted = MoveBoth();
   for (Contact& contact : unwanted) contact.wants_stiffness = false;
   const ContactResponse without = Answer(*Make(), unwanted).front();
   ExpectNear(without.force_O, wanted.force_O, 10 * tolerance() * wanted.force_O.norm());
-  const ContactResponse again = Answer(*model, {Move(), MoveOther()}).front();
+  const ContactResponse again = Answer(*model, MoveBoth()).front();
   EXPECT_LE((again.stiffness_O - wanted.stiffness_O).norm(),
             10 * tolerance() * wanted.stiffness_O.norm());
 }
@@ -396,7 +494,9 @@ TEST_P(Conformance, ASolutionKeepsItsFieldWhateverIsAskedNext) {
   model->Solve(std::vector{Move()}, &solution);
   std::vector<Vector3d> before, after;
   model->Displacements(solution, &before);
-  model->Solve(std::vector{MoveOther(), Move(0)}, &other);
+  std::vector<Contact> next{MoveOther()};
+  if (!GetParam().acts_alone) next.push_back(Move(0));
+  model->Solve(next, &other);
   model->Displacements(other, &after);
   model->Displacements(solution, &after);
   ASSERT_EQ(before.size(), after.size());
@@ -409,8 +509,8 @@ TEST_P(Conformance, ASolutionKeepsItsFieldWhateverIsAskedNext) {
 
 TEST_P(Conformance, RepeatedAnswersAllocateNothing) {
   const Model model = Make();
-  std::vector<Contact> contacts{Move(), MoveOther()};
-  std::vector<ContactResponse> responses(2);
+  std::vector<Contact> contacts = MoveBoth();
+  std::vector<ContactResponse> responses(contacts.size());
   for (int k = 0; k < 3; ++k) {
     contacts[0].prescribed_O *= 1.01;
     model->Respond(contacts, responses);
@@ -452,18 +552,60 @@ TEST_P(FrictionlessConformance, ContactsPushAlongTheNormalOnly) {
   }
 }
 
+// Law: Coulomb's. The press goes down, along the surface with several increments, and up.
+class ToolConformance : public Conformance {};
+
+TEST_P(ToolConformance, ForcesAreInCoulombsConeAndEndWithTheContact) {
+  const Model model = Make();
+  const double depth = 10 * kSize * GetParam().presses->depth;
+  const auto answer = [&](double along, double down) {
+    Contact contact = Move();
+    contact.prescribed_O = {along, 0, -down};
+    ContactResponse response;
+    model->Respond({&contact, 1}, {&response, 1});
+    EXPECT_NE(response.validity, Validity::kFailed) << model->failure();
+    return response.force_O;
+  };
+  const double mu = GetParam().friction;
+  const double scale = answer(0, depth).norm();
+  for (const double along : {1.0, 2.0, 0.0}) {
+    const Vector3d force = answer(along * depth, depth);
+    EXPECT_LT(force.z(), -0.5 * scale);
+    EXPECT_LE(force.head<2>().norm(), (mu + 1e-6) * -force.z());
+    // Reference: it slides at a way of a depth, with full friction against the motion.
+    const double forward = along > 0 ? 1 : -1;
+    EXPECT_NEAR(force.x(), forward * mu * -force.z(), 0.05 * mu * -force.z() + 1e-6 * scale);
+  }
+  EXPECT_LE(answer(0, -depth).norm(), 1e-9 * scale);
+}
+
 std::string NameOfCase(const testing::TestParamInfo<TestedKind>& tested) {
   std::string name = tested.param.name;
   std::ranges::replace(name, '-', '_');
   return name;
 }
-std::vector<TestedKind> LinearKinds() {
-  std::vector<TestedKind> kinds = TestedKinds();
-  std::erase_if(kinds, [](const TestedKind& kind) { return !kind.is_linear; });
+std::vector<TestedKind> KindsThat(const auto& pass) {
+  std::vector<TestedKind> kinds;
+  std::ranges::copy_if(TestedKinds(), std::back_inserter(kinds), pass);
   return kinds;
+}
+std::vector<TestedKind> LinearKinds() {
+  return KindsThat([](const TestedKind& kind) { return kind.is_linear; });
+}
+std::vector<TestedKind> ToolKinds() {
+  return KindsThat([](const TestedKind& kind) { return kind.width > 0; });
+}
+std::vector<TestedKind> HeldKinds() {
+  return KindsThat([](const TestedKind& kind) { return kind.width == 0; });
+}
+std::vector<TestedKind> PairKinds() {
+  return KindsThat([](const TestedKind& kind) { return !kind.acts_alone; });
 }
 
 INSTANTIATE_TEST_SUITE_P(Kinds, Conformance, testing::ValuesIn(TestedKinds()), NameOfCase);
+INSTANTIATE_TEST_SUITE_P(Kinds, HeldConformance, testing::ValuesIn(HeldKinds()), NameOfCase);
+INSTANTIATE_TEST_SUITE_P(Kinds, PairConformance, testing::ValuesIn(PairKinds()), NameOfCase);
+INSTANTIATE_TEST_SUITE_P(Kinds, ToolConformance, testing::ValuesIn(ToolKinds()), NameOfCase);
 INSTANTIATE_TEST_SUITE_P(Kinds, LinearConformance, testing::ValuesIn(LinearKinds()), NameOfCase);
 INSTANTIATE_TEST_SUITE_P(Kinds, FrictionlessConformance, testing::ValuesIn(FrictionlessKinds()),
                          NameOfCase);
