@@ -2,12 +2,13 @@
 
 #include <algorithm>
 #include <optional>
+#include <vector>
 
 #include <spdlog/fmt/fmt.h>
 
 #include "slave/mechanics/factory/make_model.h"
-#include "slave/mechanics/factory/tool_press.h"
 #include "slave/scene/scene_text.h"
+#include "slave/solve/case_solver.h"
 #include "slave/study/own_model.h"
 
 namespace palpate {
@@ -26,15 +27,17 @@ std::string SceneSummary(const Scene& scene, const study::PressSpec& spec,
   const double depth = std::min(kMillimetre, spec.depth);
   const study::Press& press = spec.presses.front();
   const Tool tool = scene.tool.value_or(Tool{.width = spec.width});
-  const Contact contact{
-      .p_O = press.p_O, .width = spec.width, .prescribed_O = depth * press.inward_O};
+  SolveRow row;
+  row.contact = {.p_O = press.p_O, .width = spec.width, .prescribed_O = depth * press.inward_O};
+  row.contact.is_rigid = tool.IsRigidFace();
+  row.tool = tool;
+  std::vector<SolveRow> rows{row};
   Solution solution;
-  model->Reset();
-  const ContactResponse response =
-      ToolPress(scene, tool, MeshObject(scene, std::nullopt)).Press(contact, model, &solution);
+  const ObjectMesh mesh = MeshObject(scene, std::nullopt);
+  CaseSolver(scene, mesh, model).Solve({0}, CaseStart::kRest, &rows, &solution);
   model->Reset();
   return fmt::format("{}; {} deep the tool presses with {}", Sizes(scene), LengthInWords(depth),
-                     ForceText(press.inward_O.dot(response.force_O)));
+                     ForceText(press.inward_O.dot(rows.front().response.force_O)));
 }
 
 std::string SceneSummary(const Scene& scene) {

@@ -14,8 +14,8 @@ namespace palpate {
 namespace {
 
 constexpr std::string_view kWholeElements =
-    "the elements under the tool are narrower or wider than it by more than model.tolerance takes "
-    "of the force: use more of them";
+    "the elements under the tool are narrower or wider than it, and the error of the force that is "
+    "left is beyond model.tolerance: use more of them";
 
 // Requires supports: without them a body would follow a single contact as a whole.
 void RequireHeld(const Scene& scene, const Case& one, const std::vector<SolveRow>& rows) {
@@ -72,7 +72,7 @@ bool CaseSolver::SolveRows(const Case& one, std::vector<SolveRow>* rows, Solutio
     SolveRow& row = (*rows)[one[k]];
     row.response = solution->responses()[k];
     row.solve_us = solve_us;
-    SetValidity(&row);
+    FitTool(one.size() == 1, &row);
   }
   return solved;
 }
@@ -87,25 +87,30 @@ void CaseSolver::TakeTool(const Tool& tool) {
   domain_->width.emplace(*outline, pressed);
 }
 
-void CaseSolver::SetValidity(SolveRow* row) {
+// The correction is that of a single contact: several, which change each other's compliance, need
+// elements that are fine enough without it.
+void CaseSolver::FitTool(bool acts_alone, SolveRow* row) {
   TakeTool(row->tool);
+  if (row->response.validity == Validity::kFailed) return;
+  const ToolWidth::Share share = WidthShareOf(*row);
+  if (acts_alone) share.Correct(&row->response);
   domain_->where.FlagOutside(row->contact, &row->response);
-  if (row->response.validity != Validity::kValid || IsFineUnder(*row)) return;
+  const double error = 2 * share.sigma + (acts_alone ? 0 : std::abs(share.factor - 1));
+  if (row->response.validity != Validity::kValid || error <= scene_.model.tolerance) return;
   row->response.validity = Validity::kExtrapolated;
   row->response.flag_reason = kWholeElements;
 }
 
-bool CaseSolver::IsFineUnder(const SolveRow& row) {
+ToolWidth::Share CaseSolver::WidthShareOf(const SolveRow& row) {
   const bool moved = row.contact.kind == Contact::Kind::kDisplacement;
-  if (!domain_->width || !moved || row.contact.width == 0) return true;
+  if (!domain_->width || !moved || row.contact.width == 0) return {};
   const auto& outline = std::get<BoundaryMesh>(mesh_);
   BoundaryPlace place;
   place.p_O = row.contact.p_O.head<2>();
   place.element = FindElement(outline, place.p_O);
-  if (place.element < 0) return true;
+  if (place.element < 0) return {};
   place.normal_O = outline.elements[Index(place.element)].normal();
-  const ToolWidth::Share share = domain_->width->At(place, model_);
-  return std::abs(share.factor - 1) + 2 * share.sigma <= scene_.model.tolerance;
+  return domain_->width->At(place, model_);
 }
 
 }  // namespace palpate

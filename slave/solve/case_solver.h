@@ -55,11 +55,11 @@ class CaseSolver {
     std::optional<ToolWidth> width;  // of an outline
   };
   void TakeTool(const Tool& tool);
-  // Sets the row's validity. It queries the model for two more contacts in the plane.
-  void SetValidity(SolveRow* row);
-  // Returns whether the force of whole elements is within the tolerance of the tool's. A slave with
-  // one camera corrects this error (tool_width.h); `solve` does not.
-  [[nodiscard]] bool IsFineUnder(const SolveRow& row);
+  // Corrects the answer for the tool and sets its validity. It queries the model for two more
+  // contacts in the plane.
+  void FitTool(bool acts_alone, SolveRow* row);
+  // What whole elements under a flat tool in the plane change.
+  [[nodiscard]] ToolWidth::Share WidthShareOf(const SolveRow& row);
 
   const Scene& scene_;
   const ObjectMesh& mesh_;

@@ -68,10 +68,11 @@ PatchBasis LoadBasisOf(const ModelOptions& model) {
   return HasMidnodes(model) ? PatchBasis::kLoadedTriangles10 : PatchBasis::kLoadedTriangles;
 }
 
-// Returns whether the slave corrects the model's answers for the width that the mesh gives the
-// tool: with one camera.
+// Returns whether the slave and `solve` correct the model's answers for the width that the mesh
+// gives the tool.
 bool CorrectsForTool(const Scene& scene) {
-  return scene.tool && IsPlanar(scene.object.geometry) && scene.sense.Find<Camera>() != nullptr;
+  return scene.tool && IsPlanar(scene.object.geometry) &&
+         (KindOf(scene).is_plane || scene.sense.Find<Camera>() != nullptr);
 }
 
 // A scene without a tool is pressed by a flat one.

@@ -9,6 +9,7 @@ import math
 import os
 import pathlib
 import pickle
+import re
 import shutil
 import subprocess
 import sys
@@ -91,6 +92,17 @@ def digits(value):
     return "%.17g" % value
 
 
+def scene_of(geometry, young_modulus, poisson_ratio, options):
+    scene = {"name": "x", "object": {"geometry": geometry,
+                                     "material": {"young_modulus": young_modulus, "poisson_ratio": poisson_ratio}},
+             "model": {**options.get("model", {}), "kind": options.get("kind", "auto")}}
+    if "fixed" in options:
+        scene["object"]["fixed"] = options["fixed"]
+    if "tool" in options:
+        scene["tool"] = options["tool"]
+    return scene
+
+
 def quiet_model(*arguments, **options):
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", palpate.ForceWarning)
@@ -144,23 +156,13 @@ class SlaveSolve(unittest.TestCase):
 
 @unittest.skipIf(SANITIZED, "the programs of the release are compared")
 class SameDigitsTest(SlaveSolve):
-    def scene_of(self, geometry, young_modulus, poisson_ratio, options):
-        scene = {"name": "x", "object": {"geometry": geometry,
-                                         "material": {"young_modulus": young_modulus, "poisson_ratio": poisson_ratio}},
-                 "model": {**options.get("model", {}), "kind": options.get("kind", "auto")}}
-        if "fixed" in options:
-            scene["object"]["fixed"] = options["fixed"]
-        if "tool" in options:
-            scene["tool"] = options["tool"]
-        return scene
-
     def test_scenes_of_all_kinds(self):
         self.assertGreaterEqual(len(SCENES), 20)
         compared, kinds = 0, set()
         for name, geometry, young_modulus, poisson_ratio, rows, options in SCENES:
             with self.subTest(name):
                 options = dict(options)
-                expected = self.solved(self.scene_of(geometry, young_modulus, poisson_ratio, options), rows, "loads" in options)
+                expected = self.solved(scene_of(geometry, young_modulus, poisson_ratio, options), rows, "loads" in options)
                 given = {"loads": rows} if options.pop("loads", False) else {"contacts": rows}
                 model = quiet_model(geometry, young_modulus, poisson_ratio, **options)
                 kinds.add(model.info["kind"])
@@ -179,7 +181,7 @@ class SameDigitsTest(SlaveSolve):
         self.assertEqual(kinds, {"bem2d", "extruded", "plate", "plate-large", "fem", "fem-green"})
 
     def test_contacts_together_and_a_scene_file(self):
-        scene = self.scene_of(BOX, 20e3, 0.45, {"kind": "fem-green", "fixed": ON_GROUND, "tool": FLAT})
+        scene = scene_of(BOX, 20e3, 0.45, {"kind": "fem-green", "fixed": ON_GROUND, "tool": FLAT})
         pair = [[0.015, 0.03, 0.03, 0, 0, -0.001], [0.045, 0.03, 0.03, 0, 0, -0.002]]
         (self.folder / "scene.yaml").write_text(json.dumps(scene))
         (self.folder / "rows.csv").write_text("case,x,y,z,dx,dy,dz\n" + "".join("a," + ",".join(map(digits, r)) + "\n" for r in pair))
@@ -204,7 +206,7 @@ class SameDigitsTest(SlaveSolve):
                    "model": {"law": "neo-hookean", "contact": "friction", "friction": 0.3}}
         place = [0.03, 0.03, 0.03]
         rows = [place + moved for moved in ([0, 0, -0.002], [0.002, 0, -0.002], [0, 0, -0.002], [0, 0, 0.001])]
-        expected = self.solved(self.scene_of(BOX, 20e3, 0.3, options), rows, path=True)
+        expected = self.solved(scene_of(BOX, 20e3, 0.3, options), rows, path=True)
         model = quiet_model(BOX, 20e3, 0.3, **options)
         path, alone = model.solve(rows, path=True), model.solve(rows)
         for i, row in enumerate(expected):
@@ -220,6 +222,84 @@ class SameDigitsTest(SlaveSolve):
         broken = model.solve([rows[0], place + [0, 0, -0.05], rows[1]], path=True)  # deeper than thick
         self.assertEqual(broken.validity.tolist(), [path.validity[0], "failed", "failed"])
         self.assertEqual(broken.why[2], "an earlier case of the path has no solution")
+
+
+# Presses of one millimetre at a place, inward.
+PRESSES = [
+    ("fem-green", {"box": {"size": [0.06, 0.06, 0.03], "cells": [8, 8, 4]}}, 20e3, 0.3, [0.03, 0.03, 0.03],
+     {"fixed": ON_GROUND, "kind": "fem-green", "tool": FLAT}),
+    ("neo-Hookean", {"box": {"size": [0.06, 0.06, 0.03], "cells": [8, 8, 4]}}, 20e3, 0.3, [0.03, 0.03, 0.03],
+     {"fixed": ON_GROUND, "kind": "fem", "tool": FLAT, "model": {"law": "neo-hookean"}}),
+    ("outline", RECTANGLE, 127e3, 0.49, [0.04, 0.088, 0], {"fixed": {"side": "bottom"}, "kind": "bem2d", "tool": PLANE_TOOL}),
+    ("extruded", EXTRUDED, 20e3, 0.45, [0.03, 0.04, 0],
+     {"fixed": {"side": "bottom"}, "kind": "extruded", "tool": {"shape": "flat", "width": 0.01, "depth": 0.012}}),
+    ("plate", MEMBRANE, 0.9e6, 0.49, [0, 0, 0], {"kind": "plate-large", "tool": {"shape": "flat", "width": 0.004}}),
+]
+CAMERA = {"camera": {"source": "simulated", "rate": "60 Hz", "size": [640, 480], "pixel": 0.25e-3,
+                     "pose": {"translation": [0.044, 0.044, 0]}},
+          "tip": {"track": "template", "roi": "80 px"}, "contour": {"track": "snake"}}
+
+
+@unittest.skipIf(SANITIZED or not (BIN / "palpate-tools").exists(), "palpate-tools of the release is compared")
+class SamePressTest(SlaveSolve):
+    """A press has one force, whatever command or call computes it."""
+
+    def run_slave(self, *arguments):
+        done = subprocess.run([BIN / "palpate-slave", *arguments], capture_output=True, text=True)
+        self.assertEqual(done.returncode, 0, done.stderr)
+        return done.stdout
+
+    def press(self, geometry, young_modulus, poisson_ratio, place, options):
+        """Returns a scene with this press, and its row."""
+        axis = 1 if "rectangle" in geometry else 2
+        moved = [0, 0, 0]
+        moved[axis] = -0.001
+        scene = scene_of(geometry, young_modulus, poisson_ratio, options)
+        scene |= {"study": {"contacts": [place]}, "operator": {"press": {"depth": 0.001, "speed": 0.01}, "force_limit": 3.3}}
+        return scene, [*place, *moved]
+
+    def test_commands_and_python_give_one_force(self):
+        for name, geometry, young_modulus, poisson_ratio, place, options in PRESSES:
+            for sense in [None, CAMERA] if "rectangle" in geometry and options["kind"] == "bem2d" else [None]:
+                with self.subTest(name, sense=sense):
+                    scene, row = self.press(geometry, young_modulus, poisson_ratio, place, options)
+                    if sense:
+                        scene["sense"] = sense
+                    solved = self.solved(scene, [row])[0]
+                    force = max(abs(float(solved[c])) for c in ("fx", "fy", "fz"))
+                    called = quiet_model(geometry, young_modulus, poisson_ratio, **options).solve(row)
+                    self.assertEqual([digits(x) for x in called.force], [solved[c] for c in ("fx", "fy", "fz")])
+                    with warnings.catch_warnings():
+                        warnings.simplefilter("ignore", palpate.ForceWarning)
+                        once = palpate.solve(geometry, young_modulus, poisson_ratio, row, **options)
+                    np.testing.assert_array_equal(once.force, called.force)
+                    checked = self.run_slave("check", self.folder / "scene.yaml")
+                    printed = re.search(r"contact +(\S+) N for an indentation of 1 mm", checked)
+                    self.assertEqual(float(printed[1]), float("%.4g" % force), checked)
+                    self.assertEqual("extrapolated:" in checked, solved["validity"] == "extrapolated")
+                    self.run_slave("study", self.folder / "scene.yaml", "--out", self.folder / "study", "--budget", "1")
+                    rows = json.loads((self.folder / "study/study.json").read_text())["rows"]
+                    full = next(r for r in rows if r["own"])["answers"][0]["full"]
+                    # The study presses in steps: the law's iterations end at a residual of 1e-6.
+                    self.assertAlmostEqual(full["value"] / force, 1, delta=1e-6 if "law" in options.get("model", {}) else 1e-12)
+                    self.assertEqual(full["validity"], solved["validity"])
+
+    def test_a_tracked_press_has_the_force_of_its_indentation(self):
+        _, geometry, young_modulus, poisson_ratio, place, options = PRESSES[2]
+        scene, _ = self.press(geometry, young_modulus, poisson_ratio, place, options)
+        scene["sense"] = CAMERA
+        (self.folder / "scene.yaml").write_text(json.dumps(scene))
+        self.run_slave("process", self.folder / "scene.yaml", "--out", self.folder / "press")
+        with open(self.folder / "press/states.csv", encoding="utf-8") as table:
+            states = [state for state in csv.DictReader(table) if state["validity"] == "valid" and float(state["fy"]) > 0.1]
+        self.assertGreater(len(states), 20)
+        tip, contact, force = (np.array([[float(state[prefix + axis]) for axis in "xyz"] for state in states])
+                               for prefix in ("tip_", "contact_", "f"))
+        moved = tip - contact
+        contact[:, 1] = 0.088  # of the object at rest, which the camera sees a micrometre away
+        expected = self.solved(scene, np.hstack([contact, moved]))
+        # The force is that of the object on the tool. The table has nine digits of metres.
+        np.testing.assert_allclose(-force[:, 1], [float(row["fy"]) for row in expected], rtol=1e-6)
 
 
 class MeshTest(SlaveSolve):

@@ -48,6 +48,13 @@ double SupportOf(const BoundaryMesh& mesh, const Scene& scene) {
 
 }  // namespace
 
+void ToolWidth::Share::Correct(ContactResponse* response) const noexcept {
+  response->force_O *= factor;
+  response->stiffness_O *= factor;
+  if (response->moment_O) *response->moment_O *= factor;
+  response->moment_sigma *= factor;
+}
+
 ToolWidth::ToolWidth(const BoundaryMesh& mesh, const Scene& scene)
     : mesh_(&mesh),
       width_(scene.tool->width),

@@ -30,6 +30,8 @@ class ToolWidth {
   struct Share {
     double factor = 1;  // factor on the patch's force and stiffness
     double sigma = 0;   // remaining error, relative to the force [-]
+    // Corrects the answer to one contact.
+    void Correct(ContactResponse* response) const noexcept;
   };
   // Queries the model for two contacts at `place` unless it is the last one. No allocation.
   Share At(const BoundaryPlace& place, DeformationModel* model) noexcept;

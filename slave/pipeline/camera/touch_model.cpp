@@ -88,15 +88,12 @@ ContactResponse TouchModel::Answer(const BoundaryPlace& place, const ToolMotion&
 ContactResponse TouchModel::SolveFlat(const BoundaryPlace& place,
                                       const Eigen::Vector3d& displacement_O,
                                       Solution* solution) noexcept {
-  const double factor = WidthAt(place).factor;
+  const ToolWidth::Share width = WidthAt(place);
   Contact touch = ContactAt(place);
   touch.prescribed_O = displacement_O;
   deformation->Solve({&touch, 1}, solution);
   ContactResponse response = solution->responses().front();
-  response.force_O *= factor;
-  response.stiffness_O *= factor;
-  if (response.moment_O) *response.moment_O *= factor;
-  response.moment_sigma *= factor;
+  width.Correct(&response);
   return response;
 }
 
