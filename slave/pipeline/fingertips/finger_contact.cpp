@@ -48,20 +48,21 @@ FingerContact::FingerContact(const Tactile& tactile)
 void FingerContact::EndContact() noexcept {
   has_place_ = has_force_ = acts_ = is_beyond_model_ = false;
   misplaced_ = {};
+  slide_.reset();
 }
 
 void FingerContact::Update(const SurfaceContact& surface, const Isometry3d& X_OF,
-                           const FingerTouch& touch, double largest_force) noexcept {
+                           const FingerTouch& touch, const Limits& limits) noexcept {
   acts_ = has_force_ = is_beyond_model_ = false;
   misplaced_ = {};
   const auto centre = surface.Find(X_OF.translation(), kAnywhere);
   if (centre && centre->inside && centre->distance > radius_) {
-    KeepPlace(X_OF, touch, largest_force);
+    KeepPlace(X_OF, touch, limits.largest_force);
     misplaced_ = "the pose puts the fingertip inside the object";
     return;
   }
-  const double depth = has_place_ ? DepthAtPlace(X_OF) : 0;
-  const bool stays = holds_ && has_place_ && depth > 0;
+  if (slide_ && !(DepthOf(X_OF) > 0)) slide_.reset();
+  const bool stays = holds_ && has_place_ && DepthOf(X_OF) > 0;
   if (!touch.touching && !stays) {
     EndContact();
     if (centre && centre->inside) {
@@ -74,15 +75,11 @@ void FingerContact::Update(const SurfaceContact& surface, const Isometry3d& X_OF
     misplaced_ = "the fingertip is in contact, but no surface is within the gate";
     return;
   }
-  if (touch.touching) TakeForce(X_OF, touch, largest_force);
-  const double pressed_in = holds_ ? DepthAtPlace(X_OF) : 0;
-  if (pressed_in > 0) {
-    contact_.kind = Contact::Kind::kDisplacement;
-    contact_.prescribed_O = -pressed_in * n_O_;
-    acts_ = true;
-  } else {
-    ActByForce();
-  }
+  if (touch.touching) TakeForce(X_OF, touch, limits.largest_force);
+  const double depth = holds_ ? DepthOf(X_OF) : 0;
+  if (!(depth > 0)) return ActByForce();
+  if (limits.has_friction && !slide_) slide_ = {X_OF.inverse() * place_.p_O, place_};
+  ActByDisplacement(X_OF, depth);
 }
 
 // A pose deeper than a radius behind the surface is rejected. A force that continues there, as on
@@ -101,23 +98,38 @@ bool FingerContact::FindPlace(const SurfaceContact& surface, const Isometry3d& X
   Vector3d rest_O = p_O;
   if (has_place_) {
     const Vector3d way = p_O - found_from_O_;
-    const Vector3d along = way - n_O_.dot(way) * n_O_;
+    const Vector3d along = way - place_.n_O.dot(way) * place_.n_O;
     if (along.norm() <= kSlip) return true;
-    rest_O = contact_.p_O + along;
+    rest_O = place_.p_O + along;
   }
   const auto found = surface.Find(rest_O, gate_);
   if (!found) return false;
   has_place_ = true;
   found_from_O_ = p_O;
-  contact_.p_O = found->p_O;
-  contact_.element = found->triangle;
-  n_O_ = found->n_O;
-  weights_ = found->weights;
+  place_ = *found;
   return true;
 }
 
-double FingerContact::DepthAtPlace(const Isometry3d& X_OF) const noexcept {
-  return DepthUnderFinger(X_OF, radius_, contact_.p_O, n_O_);
+Vector3d FingerContact::WayOf(const Isometry3d& X_OF) const noexcept {
+  if (!slide_) return Vector3d::Zero();
+  const Vector3d way = X_OF * slide_->p_F - slide_->from.p_O;
+  const Vector3d& n_O = slide_->from.n_O;
+  return way - n_O.dot(way) * n_O;
+}
+
+// A slide counts from the plane of the first touch, because the model knows where its surface is.
+double FingerContact::DepthOf(const Isometry3d& X_OF) const noexcept {
+  const TouchedPlace& at = slide_ ? slide_->from : place_;
+  return DepthUnderFinger(X_OF, radius_, at.p_O + WayOf(X_OF), at.n_O);
+}
+
+void FingerContact::ActByDisplacement(const Isometry3d& X_OF, double depth) noexcept {
+  const TouchedPlace& at = slide_ ? slide_->from : place_;
+  contact_.kind = Contact::Kind::kDisplacement;
+  contact_.p_O = at.p_O;
+  contact_.element = at.triangle;
+  contact_.prescribed_O = WayOf(X_OF) - depth * at.n_O;
+  acts_ = true;
 }
 
 // A fingertip cannot pull, although its network may report a pull.
@@ -126,14 +138,17 @@ void FingerContact::TakeForce(const Isometry3d& X_OF, const FingerTouch& touch,
   has_force_ = touch.force_F.has_value();
   if (!has_force_) return;
   force_O_ = X_OF.linear() * *touch.force_F;
-  force_O_ -= std::max(0.0, n_O_.dot(force_O_)) * n_O_;
+  force_O_ -= std::max(0.0, place_.n_O.dot(force_O_)) * place_.n_O;
   is_beyond_model_ = !(force_O_.norm() <= largest_force);
   has_force_ = !is_beyond_model_;
 }
 
 void FingerContact::ActByForce() noexcept {
   acts_ = has_place_ && has_force_;
+  slide_.reset();
   contact_.kind = Contact::Kind::kForce;
+  contact_.p_O = place_.p_O;
+  contact_.element = place_.triangle;
   contact_.prescribed_O = has_force_ ? force_O_ : Vector3d::Zero();
 }
 

@@ -1,6 +1,7 @@
 // Contact of a fingertip with the object's mesh, and its load (paper B, III.B, equations 5 to 7).
 #pragma once
 
+#include <optional>
 #include <string_view>
 
 #include <Eigen/Core>
@@ -22,13 +23,21 @@ namespace palpate {
 // With `hold: displacement` the depth of the place below the fingertip's surface follows from the
 // pose, and the contact lasts until the pose ends it; samples without a measured contact change
 // nothing.
+//
+// With friction the contact is a rigid tool: it stays at the place of its first touch, from where
+// the pad's motion along the surface is prescribed too, until its depth is zero.
 class FingerContact {
  public:
   explicit FingerContact(const Tactile& tactile);
 
-  // `X_OF`: where the fingertip is; forces beyond `largest_force` [N] do not act. Allocation-free.
+  // What the object's model takes.
+  struct Limits {
+    double largest_force = 0;   // larger forces do not act [N]
+    bool has_friction = false;  // the model follows the path of a contact along the surface
+  };
+  // `X_OF`: where the fingertip is. Allocation-free.
   void Update(const SurfaceContact& surface, const Eigen::Isometry3d& X_OF,
-              const FingerTouch& touch, double largest_force) noexcept;
+              const FingerTouch& touch, const Limits& limits) noexcept;
   // Ends the contact, because the position of the fingertip is unknown or it touches nothing.
   void EndContact() noexcept;
   // Uses the force of the fingertip instead of its displacement, if it is known.
@@ -37,28 +46,37 @@ class FingerContact {
   // Returns whether `contact()` acts on the mesh.
   [[nodiscard]] bool acts() const { return acts_; }
   [[nodiscard]] const Contact& contact() const { return contact_; }
-  // Returns whether the contact point `p_O` at rest is known.
+  // Returns whether the contact point at rest, place(), is known. With friction it is where the
+  // fingertip is now, and contact() where it touched first.
   [[nodiscard]] bool has_place() const { return has_place_; }
-  [[nodiscard]] const Eigen::Vector3d& p_O() const { return contact_.p_O; }
-  [[nodiscard]] const Eigen::Vector3d& weights() const { return weights_; }
+  [[nodiscard]] const TouchedPlace& place() const { return place_; }
   // Why pose and contact do not fit the object, one clause with static lifetime; empty: they fit.
   [[nodiscard]] std::string_view misplaced() const { return misplaced_; }
   // Returns whether the force exceeds `largest_force`.
   [[nodiscard]] bool is_beyond_model() const { return is_beyond_model_; }
 
  private:
+  // A contact with friction since its first touch.
+  struct Slide {
+    Eigen::Vector3d p_F{0, 0, 0};  // the pad's point that touched first [m]
+    TouchedPlace from;             // where it touched
+  };
   void KeepPlace(const Eigen::Isometry3d& X_OF, const FingerTouch& touch,
                  double largest_force) noexcept;
   bool FindPlace(const SurfaceContact& surface, const Eigen::Isometry3d& X_OF,
                  const FingerTouch& touch) noexcept;
-  [[nodiscard]] double DepthAtPlace(const Eigen::Isometry3d& X_OF) const noexcept;
+  // Depth of the contact, and the way along the surface since the first touch [m].
+  [[nodiscard]] double DepthOf(const Eigen::Isometry3d& X_OF) const noexcept;
+  [[nodiscard]] Eigen::Vector3d WayOf(const Eigen::Isometry3d& X_OF) const noexcept;
+  void ActByDisplacement(const Eigen::Isometry3d& X_OF, double depth) noexcept;
   void TakeForce(const Eigen::Isometry3d& X_OF, const FingerTouch& touch,
                  double largest_force) noexcept;
 
   double radius_, gate_;
   bool holds_;
-  Contact contact_;  // p_O, element and width of the contact
-  Eigen::Vector3d n_O_{0, 0, 0}, weights_{0, 0, 0};
+  Contact contact_;
+  TouchedPlace place_;
+  std::optional<Slide> slide_;             // nullopt: no friction, or no depth
   Eigen::Vector3d found_from_O_{0, 0, 0};  // the contact point for which it was found [m]
   Eigen::Vector3d force_O_{0, 0, 0};       // of the fingertip on the object [N]
   bool has_place_ = false, has_force_ = false, acts_ = false, is_beyond_model_ = false;

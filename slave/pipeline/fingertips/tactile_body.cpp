@@ -125,6 +125,7 @@ std::unique_ptr<TactileBody> MakeTactileBody(const Scene& scene, Progress* progr
   body->largest_force = scene.object.material.young_modulus * body->larger_side * body->larger_side;
   body->limit.Finish();
   body->moves_in_time = MovesInTime(stepped);
+  body->has_friction = stepped.model.contact == ContactLaw::kFriction && ContactWidth(stepped) > 0;
   return body;
 }
 

@@ -34,6 +34,7 @@ struct TactileBody final : PreparedModel {
   double larger_side = 0;                // of the bounding box [m]
   double largest_force = 0;    // largest accepted force: E times the larger side squared [N]
   bool moves_in_time = false;  // a Respond is one sample's period
+  bool has_friction = false;   // contacts are rigid tools, whose force depends on their path
 };
 
 // `time: dynamic` steps once per sample, independent of model.step. Throws std::invalid_argument:

@@ -251,7 +251,7 @@ void TactileEstimator::EstimateFinger(std::size_t i,
     finger.sigma = std::hypot(finger.sigma, across, across);
   }
   finger.p_S_contact.reset();
-  if (contact.has_place()) finger.p_S_contact = object_.X_SO() * contact.p_O();
+  if (contact.has_place()) finger.p_S_contact = object_.X_SO() * contact.place().p_O;
 
   FingerState& state = estimate_.fingers[i];
   state.p_S_contact = finger.p_S_contact.value_or(finger.p_S_apex).cast<float>();

@@ -17,7 +17,7 @@ using Eigen::Vector3d;
 // over the triangle of a point.
 void Spread(const SurfaceMesh& surface, const FingerContact& finger, const Vector3d& force_O,
             std::vector<Vector3d>* f_O) {
-  const Contact& contact = finger.contact();
+  const double width = finger.contact().width;
   const auto add = [&](int triangle, const Vector3d& weights) {
     const auto& nodes = surface.triangles[Index(triangle)];
     for (std::size_t c = 0; c < 3; ++c) {
@@ -25,12 +25,12 @@ void Spread(const SurfaceMesh& surface, const FingerContact& finger, const Vecto
     }
   };
   SurfacePlace place;
-  place.triangle = contact.element;
+  place.triangle = finger.place().triangle;
   const DiscPatch patch =
-      contact.width > 0 ? PatchAt(surface, place, contact.p_O, contact.width) : DiscPatch{};
+      width > 0 ? PatchAt(surface, place, finger.place().p_O, width) : DiscPatch{};
   double area = 0;
   for (const int t : patch.triangles) area += Area(surface, t);
-  if (!(area > 0)) return add(contact.element, finger.weights());
+  if (!(area > 0)) return add(place.triangle, finger.place().weights);
   for (const int t : patch.triangles) add(t, Vector3d::Constant(Area(surface, t) / area / 3));
 }
 

@@ -9,9 +9,9 @@ namespace {
 using Eigen::Isometry3d;
 using Eigen::Vector3d;
 
-bool SharesNode(const TactileBody& body, const Contact& a, const Contact& b) {
-  const auto& one = body.surface.triangles[static_cast<std::size_t>(a.element)];
-  const auto& other = body.surface.triangles[static_cast<std::size_t>(b.element)];
+bool SharesNode(const TactileBody& body, const TouchedPlace& a, const TouchedPlace& b) {
+  const auto& one = body.surface.triangles[static_cast<std::size_t>(a.triangle)];
+  const auto& other = body.surface.triangles[static_cast<std::size_t>(b.triangle)];
   return std::ranges::any_of(one, [&](int i) { return std::ranges::count(other, i) > 0; });
 }
 
@@ -51,7 +51,8 @@ std::optional<double> TouchedObject::DepthOf(const Isometry3d& X_SF) const noexc
 void TouchedObject::Touch(std::size_t i, const Isometry3d* X_SF,
                           const FingerTouch& touch) noexcept {
   if (!body_ || X_SF == nullptr) return fingers_[i].EndContact();
-  fingers_[i].Update(*body_->contact, X_SO_.inverse() * *X_SF, touch, body_->largest_force);
+  fingers_[i].Update(*body_->contact, X_SO_.inverse() * *X_SF, touch,
+                     {body_->largest_force, body_->has_friction});
 }
 
 // A body at rest without contact is not computed; a body in motion is.
@@ -73,8 +74,8 @@ void TouchedObject::SeparateHeld() noexcept {
   for (std::size_t i = 0; i < fingers_.size(); ++i) {
     for (std::size_t j = 0; j < i && IsDisplaced(fingers_[i]); ++j) {
       if (!IsDisplaced(fingers_[j])) continue;
-      const Contact &one = fingers_[i].contact(), &other = fingers_[j].contact();
-      const bool overlaps = (one.p_O - other.p_O).norm() <= one.width;
+      const TouchedPlace &one = fingers_[i].place(), &other = fingers_[j].place();
+      const bool overlaps = (one.p_O - other.p_O).norm() <= fingers_[i].contact().width;
       if (overlaps || SharesNode(*body_, one, other)) fingers_[i].ActByForce();
     }
   }

@@ -246,6 +246,43 @@ TEST(TactileEstimatorTest, HoldingTheContactCalmsTheOscillationOfIntermittentCon
   EXPECT_LT(held, 0.02 * by_force);
 }
 
+// Law: Coulomb's. The hand presses, slides by more than the shear that friction bears, slides back,
+// lifts, and presses again.
+TEST(TactileEstimatorTest, AModelWithFrictionFollowsThePadAlongTheSurface) {
+  constexpr double kFriction = 0.3;
+  Scene scene =
+      CubeScene("patch: 20 mm, hold: displacement, pose: {translation: [30 mm, 30 mm, 47 mm]}",
+                "kind: fem, law: linear, residual: 1e-4, contact: friction, friction: 0.3");
+  scene.object.geometry = BoxGeometry{{0.06, 0.06, 0.04}, {10, 10, 6}};
+  Touching t(scene);
+  Vector3d way(0, 0, 0);
+  const auto move_to = [&](double x, double z) -> Vector3d {
+    const Vector3d from = way, to(x, 0, z);
+    constexpr int kSamples = 8;
+    for (int i = 1; i <= kSamples; ++i) {
+      way = from + (to - from) * i / kSamples;
+      t.Press({0, 0, z < 0 ? -0.2 : 0.0}, way, 0, 1);
+    }
+    const ContactResponse* response = t.estimator.object().ResponseOf(0);
+    EXPECT_NE(t.estimator.object().validity(), Validity::kFailed)
+        << t.estimator.body()->deformation->failure();
+    return response != nullptr ? response->force_O : Vector3d(0, 0, 0);
+  };
+  const Vector3d pressed = move_to(0, -0.002);
+  ASSERT_LT(pressed.z(), 0);
+  EXPECT_LT(std::abs(pressed.x()), 0.05 * -pressed.z());
+  const Vector3d slid = move_to(0.004, -0.002);
+  EXPECT_NEAR(slid.x(), kFriction * -slid.z(), 0.03 * -slid.z()) << "drags the surface along";
+  const Vector3d returned = move_to(0, -0.002);
+  EXPECT_NEAR(returned.x(), -kFriction * -returned.z(), 0.03 * -returned.z());
+  t.hand.active[0] = false;
+  EXPECT_EQ(move_to(0, 0.003), Vector3d(0, 0, 0));
+  EXPECT_LT(t.LargestMove(), 1e-12);
+  t.hand.active[0] = true;
+  const Vector3d again = move_to(0, -0.002);
+  EXPECT_NEAR((again - pressed).norm(), 0, 0.02 * pressed.norm()) << "its history has ended";
+}
+
 // The network takes the mean over its window. If the force grows linearly, interpolating the right
 // number of missing samples does not change that mean.
 TEST(TactileEstimatorTest, AnEvenlyGrowingForceIsInterpolatedOverAMissingSample) {
