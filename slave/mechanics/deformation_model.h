@@ -1,8 +1,10 @@
 // Interface of the deformation models: contacts in, forces or displacements out.
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <chrono>
+#include <cmath>
 #include <cstdint>
 #include <optional>
 #include <span>
@@ -45,6 +47,14 @@ struct Contact {
            p_O == other.p_O && is_rigid == other.is_rigid && radius == other.radius;
   }
 };
+
+// Width of the surface that a contact touches [m]: of a round tool at its depth (Hertz); 0: a
+// point.
+inline double WidthOfTouch(const Contact& contact) {
+  if (!(contact.radius > 0)) return contact.width;
+  const double depth = std::min(contact.radius, contact.prescribed_O.norm());
+  return 2 * std::sqrt(contact.radius * depth);
+}
 
 // The most common `flag_reason`.
 inline constexpr std::string_view kBeyondRange = "the displacement is beyond the model's range";

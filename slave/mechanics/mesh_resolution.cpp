@@ -40,6 +40,9 @@ constexpr double kMaxPoisson = 0.4999;
 
 // See EffectOf. [fitted]
 constexpr double kLocked = 1.35, kGivesWay = 0.5, kOfShear = 0.3, kOfVolume = 0.4, kOfShear10 = 0.4;
+// Reach of a contact's elements, in its widths and mean edges. [derived: a disc's stress falls with
+// the square of the distance in widths]
+constexpr double kReach = 1.5, kEdges = 2;
 // Largest correction [-]. The error is then far beyond any tolerance.
 constexpr double kMostExcess = 0.5;
 // Ratio of larger side and thickness above which a body bends [-]. [derived: 1.5 of a cube]
@@ -227,20 +230,26 @@ StrainResolution::StrainResolution(const TetMesh& mesh, const HeldNodes& held, d
       corners_(Index(mesh.vertex_count)),
       points_(mesh.nodes),
       elements_(Index(mesh.element_count())),
-      means_(elements_.size()),
+      corners_by_modulus_(elements_.size()),
       strains_((elements_.size() * (quadratic_ ? 4 : 1) + 7) / 8 * 8),
-      volumes_(elements_.size()),
-      energies_(elements_.size()),
-      nearest_(elements_.size(), 0) {
+      energies_(elements_.size()) {
   double volume = 0, area = 0;
   for (int e = 0; e < mesh.element_count(); ++e) {
     Element& element = elements_[Index(e)];
     std::ranges::copy(mesh.element(e), element.nodes.begin());
     element.geometry = GeometryOf(mesh.nodes, mesh.element(e));
     element.modulus = mesh.ModulusOf(e);
-    volume += volumes_[Index(e)] = element.geometry.volume;
+    volume += element.geometry.volume;
+    Vector3d centroid(0, 0, 0);
+    for (std::size_t a = 0; a < 4; ++a) centroid += points_[Index(element.nodes[a])] / 4;
+    centroids_.push_back(centroid);
   }
-  NumberMeans();
+  edge_ = std::cbrt(6 * volume / mesh.element_count());
+  NumberCorners();
+  for (int e = 0; e < mesh.element_count(); ++e) AddTo(e, &all_);
+  for (const auto& corners : all_.means) {
+    for (const int corner : corners) number_[Index(corner)] = -1;
+  }
   near_.resize(points_.size());
   touched_.reserve(points_.size());
   const SurfaceMesh& surface = mesh.surface;
@@ -250,19 +259,51 @@ StrainResolution::StrainResolution(const TetMesh& mesh, const HeldNodes& held, d
   FindBar(mesh.modulus.empty() ? held : HeldNodes{});
 }
 
-void StrainResolution::NumberMeans() {
-  std::map<std::pair<int, double>, int> numbers;  // numbers of vertices by node and modulus
+void StrainResolution::NumberCorners() {
+  std::map<std::pair<int, double>, int> numbers;
   for (std::size_t e = 0; e < elements_.size(); ++e) {
     const Element& element = elements_[e];
     for (std::size_t a = 0; a < 4; ++a) {
       const auto [found, is_new] = numbers.try_emplace({element.nodes[a], element.modulus},
-                                                       static_cast<int>(volume_.size()));
-      means_[e][a] = found->second;
-      if (is_new) volume_.push_back(0);
-      volume_[Index(found->second)] += element.geometry.volume;
+                                                       static_cast<int>(numbers.size()));
+      corners_by_modulus_[e][a] = found->second;
     }
   }
-  mean_.resize(volume_.size());
+  number_.assign(numbers.size(), -1);
+  mean_.resize(numbers.size());
+}
+
+void StrainResolution::AddTo(int element, Group* group) {
+  const double volume = elements_[Index(element)].geometry.volume;
+  auto& means = group->means.emplace_back();
+  for (std::size_t a = 0; a < 4; ++a) {
+    int& number = number_[Index(corners_by_modulus_[Index(element)][a])];
+    if (number < 0) {
+      number = static_cast<int>(group->around.size());
+      group->around.push_back(0);
+    }
+    means[a] = number;
+    group->around[Index(number)] += volume;
+  }
+  group->elements.push_back(element);
+  group->volumes.push_back(volume);
+}
+
+void StrainResolution::FindRegion(const Touch& touch, Region* region) {
+  region->touch = touch;
+  Group& group = region->group;
+  group.elements.clear();
+  group.means.clear();
+  group.volumes.clear();
+  group.around.clear();
+  const double reach = kReach * touch.width + kEdges * edge_;
+  for (std::size_t e = 0; e < centroids_.size(); ++e) {
+    if ((centroids_[e] - touch.centre).squaredNorm() > reach * reach) continue;
+    AddTo(static_cast<int>(e), &group);
+  }
+  for (const int e : group.elements) {
+    for (const int corner : corners_by_modulus_[Index(e)]) number_[Index(corner)] = -1;
+  }
 }
 
 // Finds whether the body is a straight bar: across its principal direction it is nowhere wider than
@@ -316,28 +357,52 @@ void StrainResolution::FindBar(const HeldNodes& held) {
 }
 
 double StrainResolution::Softness(std::span<const Vector3d> u, std::span<const int> touched) {
-  FindEnergiesOf(u);
-  return slender_ ? Bending(touched) : 0;
+  if (!slender_) return 0;
+  FindEnergiesOf(all_, u);
+  return Bending(touched);
 }
 
-void StrainResolution::FindEnergiesOf(std::span<const Vector3d> u) {
+MeshShare StrainResolution::ShareNear(std::size_t number, const Touch& touch,
+                                      std::span<const Vector3d> u, double work) {
+  if (regions_.size() <= number) regions_.resize(number + 1);
+  Region& region = regions_[number];
+  if (region.touch.centre != touch.centre || region.touch.width != touch.width) {
+    FindRegion(touch, &region);
+  }
+  const Group& group = region.group;
+  if (group.elements.empty()) return {};
+  FindEnergiesOf(group, u);
+  MeshShare share;
+  double energy = 0;
+  for (std::size_t i = 0; i < group.elements.size(); ++i) {
+    const double weight = elements_[Index(group.elements[i])].modulus * group.volumes[i];
+    energy += weight * energies_[i][0];
+    share.shear += weight * energies_[i][1];
+    share.volume += weight * energies_[i][2];
+  }
+  energy = std::max(energy, work);
+  if (!(energy > 0)) return {};
+  return {share.shear / energy, share.volume / energy};
+}
+
+void StrainResolution::FindEnergiesOf(const Group& group, std::span<const Vector3d> u) {
   const std::size_t per_element = quadratic_ ? 4 : 1;
-  const int count = static_cast<int>(elements_.size());
+  const std::size_t count = group.elements.size();
   const Weights weights{shear_root_, bulk_root_, length_ > 0 ? axes_.data() : nullptr};
   std::array<Matrix3d, 8> gradients;
-  for (std::size_t first = 0; first < strains_.size(); first += 8) {
+  for (std::size_t first = 0; first < per_element * count; first += 8) {
     for (std::size_t k = 0; k < 8; k += per_element) {
-      const std::size_t e = std::min((first + k) / per_element, elements_.size() - 1);
-      FindGradients(elements_[e], u, &gradients[k]);
+      const std::size_t i = std::min((first + k) / per_element, count - 1);
+      FindGradients(elements_[Index(group.elements[i])], u, &gradients[k]);
     }
     WeighStrains(weights, gradients.front().data(), strains_[first].data());
   }
-  const Strains strains{strains_.front().data(), static_cast<int>(per_element), means_.data()};
+  const Strains strains{strains_.front().data(), static_cast<int>(per_element), group.means.data()};
   auto* const means = reinterpret_cast<Loose8*>(mean_.front().data());
-  std::ranges::fill(mean_, Strain::Zero());
-  AddMeans(strains, volumes_.data(), count, means);
-  for (std::size_t i = 0; i < mean_.size(); ++i) mean_[i] /= volume_[i];
-  FindEnergies(strains, means, count, energies_.data());
+  std::fill_n(mean_.begin(), group.around.size(), Strain::Zero());
+  AddMeans(strains, group.volumes.data(), static_cast<int>(count), means);
+  for (std::size_t i = 0; i < group.around.size(); ++i) mean_[i] /= group.around[i];
+  FindEnergies(strains, means, static_cast<int>(count), energies_.data());
 }
 
 double StrainResolution::Bending(std::span<const int> touched) {
@@ -360,11 +425,11 @@ double StrainResolution::Bending(std::span<const int> touched) {
   for (std::size_t e = 0; e < elements_.size(); ++e) {
     const Element& element = elements_[e];
     for (std::size_t a = 0; a < per_element; ++a) {
-      mean += volumes_[e] / static_cast<double>(per_element) * strains_[per_element * e + a];
+      mean += all_.volumes[e] / static_cast<double>(per_element) * strains_[per_element * e + a];
     }
-    const double weight = element.modulus * volumes_[e];
+    const double weight = element.modulus * all_.volumes[e];
     energy += weight * energies_[e][0];
-    volume += volumes_[e];
+    volume += all_.volumes[e];
     longest = std::max(longest, element.extent);
     const Missing missing{weight * (energies_[e][1] + energies_[e][2]),
                           length_ == 0 ? 0 : element.beam * weight * restraint_of(e)};
@@ -383,48 +448,6 @@ double StrainResolution::Bending(std::span<const int> touched) {
   const double part = longest / (2 * length_);
   return std::max((missing.recovered + missing.restraint) / energy,
                   touched.empty() ? 0 : std::max(0.0, 1 - even) * part * part);
-}
-
-void StrainResolution::Around(std::span<const Vector3d> centres) {
-  if (std::ranges::equal(centres, centres_)) return;
-  centres_.assign(centres.begin(), centres.end());
-  shares_.resize(centres.size());
-  if (centres.size() < 2) {
-    std::ranges::fill(nearest_, 0);
-    return;
-  }
-  for (std::size_t e = 0; e < elements_.size(); ++e) {
-    const Vector3d& p = points_[Index(elements_[e].nodes[0])];
-    const auto away = [&](const Vector3d& centre) { return (centre - p).squaredNorm(); };
-    nearest_[e] = static_cast<int>(std::ranges::min_element(centres_, {}, away) - centres_.begin());
-  }
-}
-
-std::span<const MeshShare> StrainResolution::Shares() {
-  std::ranges::fill(shares_, MeshShare{});
-  energy_around_.assign(shares_.size(), 0);
-  if (shares_.empty()) return shares_;
-  for (std::size_t e = 0; e < elements_.size(); ++e) {
-    const double weight = elements_[e].modulus * volumes_[e];
-    MeshShare& share = shares_[Index(nearest_[e])];
-    energy_around_[Index(nearest_[e])] += weight * energies_[e][0];
-    const auto nodes = std::span(elements_[e].nodes).first<4>();
-    if (slender_ && std::ranges::none_of(nodes, [&](int n) { return near_[Index(n)] != 0; })) {
-      continue;
-    }
-    share.shear += weight * energies_[e][1];
-    share.volume += weight * energies_[e][2];
-  }
-  for (std::size_t k = 0; k < shares_.size(); ++k) {
-    const double energy = energy_around_[k];
-    if (!(energy > 0)) {
-      shares_[k] = {};
-      continue;
-    }
-    shares_[k].shear /= energy;
-    shares_[k].volume /= energy;
-  }
-  return shares_;
 }
 
 void StrainResolution::MarkContacts(std::span<const int> touched) {

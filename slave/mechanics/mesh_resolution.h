@@ -132,11 +132,16 @@ class StrainResolution {
   // For nodal displacements `u`, middles too, in the mesh's unit of length; `touched`: nodes of
   // contacts. 0 without strain. O(elements); O(nodes) more per node of new contacts.
   double Softness(std::span<const Eigen::Vector3d> u, std::span<const int> touched);
-  // Of the displacements of the last Softness, for each centre of Around: its elements are those
-  // that are nearer to it than to the others. In bodies that bend, only those near contacts count.
-  std::span<const MeshShare> Shares();
-  // Centres of contacts, in the mesh's unit. O(elements times centres) if they changed.
-  void Around(std::span<const Eigen::Vector3d> centres);
+  // A contact, in the mesh's unit.
+  struct Touch {
+    Eigen::Vector3d centre{0, 0, 0};
+    double width = 0;
+  };
+  // The share of a contact, from the elements within one and a half of its widths. `number`: of the
+  // contact; its elements are searched if it moved, O(elements). `work`: force times displacement
+  // [E times the unit cubed].
+  MeshShare ShareNear(std::size_t number, const Touch& touch, std::span<const Eigen::Vector3d> u,
+                      double work);
   // False: Softness is 0 for every contact.
   [[nodiscard]] bool body_bends() const { return slender_; }
 
@@ -153,10 +158,23 @@ class StrainResolution {
   void FindGradients(const Element& element, std::span<const Eigen::Vector3d> u,
                      Eigen::Matrix3d* gradients) const noexcept;
   [[nodiscard]] double TwiceRestraint(const Strain& strain) const noexcept;
-  void FindEnergiesOf(std::span<const Eigen::Vector3d> u);
+  // Elements whose strains are recovered together.
+  struct Group {
+    std::vector<int> elements;
+    std::vector<std::array<int, 4>> means;  // per element: of its corners, in mean_
+    std::vector<double> volumes;            // per element
+    std::vector<double> around;             // per mean: volume of its elements
+  };
+  struct Region {
+    Touch touch{.width = -1};
+    Group group;
+  };
+  void AddTo(int element, Group* group);
+  void FindRegion(const Touch& touch, Region* region);
+  void FindEnergiesOf(const Group& group, std::span<const Eigen::Vector3d> u);
   double Bending(std::span<const int> touched);
   void FindBar(const HeldNodes& held);
-  void NumberMeans();
+  void NumberCorners();
   void MarkContacts(std::span<const int> touched);
 
   Lame lame_;
@@ -164,24 +182,23 @@ class StrainResolution {
   bool quadratic_;
   std::size_t corners_;  // vertices of the mesh
   bool slender_ = false;
-  double thickness_ = 0;                                // [the mesh's unit]
+  double thickness_ = 0, edge_ = 0;                     // edge: the mean one [the mesh's unit]
   Eigen::Matrix3d axes_ = Eigen::Matrix3d::Identity();  // as rows; a straight bar's direction first
   double length_ = 0;                    // along it [the mesh's unit]; 0: it is no straight bar
   std::vector<Eigen::Vector3d> points_;  // nodes at rest, middles too
   std::vector<Element> elements_;
-  std::vector<std::array<int, 4>> means_;  // per element: of its corners, in mean_
-  std::vector<Strain> strains_;  // of each element: at its corners, or one where all are equal
-  std::vector<Strain> mean_;     // per corner node and modulus of the elements around it
-  std::vector<double> volume_;   // of those elements
-  std::vector<double> volumes_;  // per element
-  // Per element: twice the energies of e, and of e* - e by deviator and volume.
+  std::vector<Eigen::Vector3d> centroids_;              // per element
+  std::vector<std::array<int, 4>> corners_by_modulus_;  // per element: corners of one modulus
+  std::vector<int> number_;                             // per corner of one modulus: in a group; -1
+  Group all_;
+  std::vector<Region> regions_;  // per contact
+  // Of the last group: strains at the corners of its elements, or one where all are equal; their
+  // means, per corner node and modulus; twice the energies of e, and of e* - e by deviator and
+  // volume, per element and volume.
+  std::vector<Strain> strains_, mean_;
   std::vector<std::array<double, 3>> energies_;
-  std::vector<Eigen::Vector3d> centres_;
-  std::vector<int> nearest_;           // per element: the nearest centre
-  std::vector<MeshShare> shares_;      // per centre
-  std::vector<double> energy_around_;  // per centre: twice the energy
-  std::vector<int> touched_;           // last
-  std::vector<char> near_;             // per node: not farther from touched_ than thickness_
+  std::vector<int> touched_;  // last
+  std::vector<char> near_;    // per node: not farther from touched_ than thickness_
 };
 
 // Beyond it a solution is extrapolated.

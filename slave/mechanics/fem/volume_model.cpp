@@ -147,32 +147,28 @@ bool VolumeModel::locks() const {
 }
 
 void VolumeModel::AssessMesh(std::span<const Contact> contacts) {
-  softness_ = 0;
-  shares_.assign(contacts.size(), MeshShare{});
   // Without load the remaining strain is an error of the solution.
   const bool acts = traits_.is_dynamic || traits_.weighs ||
                     std::ranges::any_of(contacts, [](const Contact& contact) {
                       return contact.prescribed_O != Vector3d::Zero();
                     });
-  if (!acts) return;
-  centres_.clear();
-  for (const Contact& contact : contacts) centres_.push_back(contact.p_O / traits_.length_unit);
-  strain_.Around(centres_);
-  softness_ = strain_.Softness(u_, touched_);
-  std::ranges::copy(strain_.Shares(), shares_.begin());
+  softness_ = acts ? strain_.Softness(u_, touched_) : 0;
 }
 
 // A contact at a point has no limit for smaller elements, and so no error of the mesh.
 void VolumeModel::CorrectForMesh(std::size_t contact, const Contact& at,
-                                 ContactResponse* response) const {
-  const bool moves = at.kind == Contact::Kind::kDisplacement;
-  if (at.width == 0 && ToolOf(contact) == nullptr) return;
-  if (!moves) {
-    response->displacement_error +=
-        EffectOnLoad(shares_[contact]).error * response->displacement_O.norm();
-    return;
+                                 ContactResponse* response) {
+  const double width = WidthOfTouch(at);
+  if (width == 0 || response->force_O.isZero(0)) return;
+  const double work = response->force_O.dot(response->displacement_O);
+  const MeshShare share =
+      strain_.ShareNear(contact, {at.p_O / traits_.length_unit, width / traits_.length_unit}, u_,
+                        work / (traits_.force_unit * traits_.length_unit));
+  if (at.kind == Contact::Kind::kDisplacement) {
+    Correct(EffectOf(share, traits_.nodes_per_element), response);
+  } else {
+    response->displacement_error += EffectOnLoad(share).error * response->displacement_O.norm();
   }
-  Correct(EffectOf(shares_[contact], traits_.nodes_per_element), response);
 }
 
 // Returns why the last answer is extrapolated; empty: it is not, except for reasons of single

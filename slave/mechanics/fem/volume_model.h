@@ -101,7 +101,7 @@ class VolumeModel : public DeformationModel {
   bool TakeState();
   // Compares the strains of the elements with recovered ones.
   void AssessMesh(std::span<const Contact> contacts);
-  void CorrectForMesh(std::size_t contact, const Contact& at, ContactResponse* response) const;
+  void CorrectForMesh(std::size_t contact, const Contact& at, ContactResponse* response);
   [[nodiscard]] std::string_view FlagReasonOf() const;
   [[nodiscard]] ContactResponse ResponseOf(std::size_t contact, const Contact& at) const;
   [[nodiscard]] ContactResponse ToolResponse(const fem::ToolContact& tool, const Contact& at) const;
@@ -111,12 +111,10 @@ class VolumeModel : public DeformationModel {
 
   VolumeContacts contacts_;
   StrainResolution strain_;
-  double softness_ = 0;            // of the last answer, see StrainResolution; 0 without load
-  std::vector<MeshShare> shares_;  // per contact, of the last answer
-  std::vector<Eigen::Vector3d> centres_;  // scratch: of the contacts [length units]
-  std::vector<Eigen::Vector3d> u_;        // of the nodes, in length units
-  double largest_ = 0;                    // largest number of them
-  std::vector<int> touched_;              // nodes of contacts
+  double softness_ = 0;             // of the last answer, see StrainResolution; 0 without load
+  std::vector<Eigen::Vector3d> u_;  // of the nodes, in length units
+  double largest_ = 0;              // largest number of them
+  std::vector<int> touched_;        // nodes of contacts
   Inversion inversion_;
   std::string remark_;
 };

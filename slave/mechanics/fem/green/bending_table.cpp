@@ -98,10 +98,10 @@ const Bending& BendingTable::Learn(int triangle, double width, RestFactor* facto
     for (const int node : nodes) compliance += share * u[Index(node)][c];
     if (!(compliance > 0)) continue;  // fixed by a support
     for (auto& moved : u) moved *= kSmall / compliance;
-    const Eigen::Vector3d centre = contact.p_O / stiffness_.length_unit;
-    strain_.Around({&centre, 1});
     entry.bending.softness[c] = strain_.Softness(u, nodes);
-    const MeshShare share = strain_.Shares().front();
+    const MeshShare share =
+        strain_.ShareNear(0, {contact.p_O / stiffness_.length_unit, width / stiffness_.length_unit},
+                          u, kSmall * kSmall / compliance);
     entry.bending.shear[c] = share.shear;
     entry.bending.volume[c] = share.volume;
   }

@@ -1,7 +1,6 @@
 #include "slave/mechanics/fem/green/fem_green_model.h"
 
 #include <algorithm>
-#include <cmath>
 
 #include "slave/mechanics/mesh_resolution.h"
 #include "slave/mesh/index.h"
@@ -13,12 +12,6 @@ namespace {
 bool MayReplaceReason(const ContactResponse& response) {
   return response.validity == Validity::kValid ||
          (response.validity == Validity::kExtrapolated && response.flag_reason == kCoarsePatch);
-}
-
-// Width of the surface that a contact touches [m]: of a round tool at its depth (Hertz).
-double WidthOfTouch(const Contact& contact) {
-  if (!(contact.radius > 0)) return contact.width;
-  return 2 * std::sqrt(contact.radius * std::min(contact.radius, contact.prescribed_O.norm()));
 }
 
 std::string_view RemarkOf(const RestStiffness& stiffness, double nu) {
