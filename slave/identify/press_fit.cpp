@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
+#include <numeric>
 #include <optional>
 #include <stdexcept>
 #include <string>
@@ -13,7 +14,7 @@
 #include "shared/text/text.h"
 #include "slave/mechanics/factory/make_model.h"
 #include "slave/mechanics/object_mesh.h"
-#include "slave/solve/round_rows.h"
+#include "slave/solve/case_solver.h"
 #include "slave/solve/solve_rows.h"
 
 namespace palpate {
@@ -72,6 +73,10 @@ std::vector<Press> ReadPresses(const std::filesystem::path& file, const Scene& s
   return presses;
 }
 
+bool IsFlagged(const SolveRow& row) {
+  return row.response.validity != Validity::kValid;
+}
+
 VectorXd Stacked(const std::vector<Press>& presses) {
   std::vector<double> all;
   for (const Press& press : presses) {
@@ -82,39 +87,28 @@ VectorXd Stacked(const std::vector<Press>& presses) {
   return Eigen::Map<VectorXd>(all.data(), static_cast<Eigen::Index>(all.size()));
 }
 
-// The responses of the rows of a case, which act together.
-std::vector<ContactResponse> AnswersOf(const Press& press, RoundRows* round,
-                                       DeformationModel* model, Solution* solution) {
-  model->Reset();
-  if (IsPressedRound(press.rows.front())) {
-    return {round->Press(press.rows.front(), model, solution)};
-  }
-  std::vector<Contact> contacts;
-  for (const SolveRow& row : press.rows) contacts.push_back(row.contact);
-  std::vector<ContactResponse> responses(contacts.size());
-  model->Respond(contacts, responses);
-  return responses;
-}
-
 // Forces of the presses, or displacements under the loads, on the scene's object with this nu.
-// nullopt: the model has no solution.
+// nullopt: the model has no solution for one of them.
 std::optional<VectorXd> Answer(Scene scene, double nu, const std::vector<Press>& presses,
                                PressFit* fit, Progress* progress) {
   scene.object.material.poisson_ratio = nu;
   const ObjectMesh mesh = MeshObject(scene, std::nullopt);
   const auto model = MakeModel(scene, mesh, progress);
-  RoundRows round(scene, mesh);
+  CaseSolver solver(scene, mesh, model.get());
   fit->kind = model->info().kind;
   fit->extrapolated = 0;
   std::vector<double> all;
   Solution solution;
   for (const Press& press : presses) {
-    const std::vector<ContactResponse> responses = AnswersOf(press, &round, model.get(), &solution);
-    if (responses.front().validity == Validity::kFailed) return std::nullopt;
-    if (responses.front().validity != Validity::kValid) ++fit->extrapolated;
-    for (std::size_t i = 0; i < responses.size(); ++i) {
-      const bool moved = press.rows[i].contact.kind == Contact::Kind::kDisplacement;
-      const Vector3d& found = moved ? responses[i].force_O : responses[i].displacement_O;
+    std::vector<SolveRow> rows = press.rows;
+    Case one(rows.size());
+    std::iota(one.begin(), one.end(), std::size_t{0});
+    if (!solver.Solve(one, CaseStart::kRest, &rows, &solution)) return std::nullopt;
+    const auto flagged = std::ranges::find_if(rows, IsFlagged);
+    if (flagged != rows.end() && fit->extrapolated++ == 0) fit->flag_reason = ReasonOf(*flagged);
+    for (const SolveRow& row : rows) {
+      const bool moved = row.contact.kind == Contact::Kind::kDisplacement;
+      const Vector3d& found = moved ? row.response.force_O : row.response.displacement_O;
       all.insert(all.end(), found.begin(), found.end());
     }
   }

@@ -6,6 +6,7 @@
 
 #include <filesystem>
 #include <string>
+#include <string_view>
 #include <utility>
 #include <vector>
 
@@ -23,7 +24,8 @@ struct PressFit {
   // For each load its name and the modulus from this load only [Pa].
   std::vector<std::pair<std::string, double>> alone{};
   int presses = 0;       // presses or loads that were fitted
-  int extrapolated = 0;  // cases beyond the model's range
+  int extrapolated = 0;  // cases with a row that is not valid
+  std::string_view flag_reason{};  // of the first such row
   std::string kind;      // of the model
   std::string remark;    // on places off the surface; may be empty
 };

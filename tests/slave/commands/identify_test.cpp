@@ -320,6 +320,25 @@ TEST_F(IdentifyCommand, FindsASimulatedBlockAgain) {
   EXPECT_NEAR(report.at("press").at("poisson_ratio").get<double>(), 0.33, 0.01);
 }
 
+// Of two contacts that act together only the second is on elements that are too coarse for it.
+TEST_F(IdentifyCommand, CountsACaseWithAnyFlaggedRow) {
+  const path scene = Write("cube.yaml",
+                           "name: cube\nobject:\n  geometry: {box: {size: [0.06, 0.06, 0.06], "
+                           "cells: [6, 6, 6]}}\n  material: {young_modulus: 4 kPa, "
+                           "poisson_ratio: 0.15}\n  fixed: {plane: {axis: z, at: 0 m}}\n"
+                           "model: {kind: fem-green}\n");
+  const path contacts = Write("contacts.csv",
+                              "case,x,y,z,dx,dy,dz,width\n"
+                              "two,0.02,0.03,0.06,0,0,-0.001,0.03\n"
+                              "two,0.058,0.03,0.06,0,0,-0.001,0.002\n"
+                              "one,0.03,0.03,0.06,0,0,-0.001,0.04\n");
+  const path answers = folder_ / "answers.csv";
+  ASSERT_EQ(RunSolve({.scene = scene, .contacts = contacts, .out = answers}), 0);
+  const json report = Run({.data = {"press=" + answers.string()}, .scene = scene});
+  EXPECT_THAT(report.at("warnings").at(0).get<std::string>(),
+              HasSubstr("1 of 2 cases are extrapolated, the first because the mesh is too coarse"));
+}
+
 // The force of a membrane has a part by its tension at rest and one by its modulus. The scene
 // starts at half the modulus of the presses.
 TEST_F(IdentifyCommand, FindsAMembranesModulusBesideItsTension) {
