@@ -97,6 +97,7 @@ std::optional<VectorXd> Answer(Scene scene, double nu, const std::vector<Press>&
   CaseSolver solver(scene, mesh, model.get());
   fit->kind = model->info().kind;
   fit->extrapolated = 0;
+  double errors = 0, squares = 0;
   std::vector<double> all;
   Solution solution;
   for (const Press& press : presses) {
@@ -110,9 +111,17 @@ std::optional<VectorXd> Answer(Scene scene, double nu, const std::vector<Press>&
       const bool moved = row.contact.kind == Contact::Kind::kDisplacement;
       const Vector3d& found = moved ? row.response.force_O : row.response.displacement_O;
       all.insert(all.end(), found.begin(), found.end());
+      errors += ErrorOf(row.response) * found.norm();
+      squares += found.squaredNorm();
     }
   }
+  fit->model_error = squares > 0 ? errors / squares : 0;
   return Eigen::Map<VectorXd>(all.data(), static_cast<Eigen::Index>(all.size()));
+}
+
+// The model's error shifts the modulus as a whole, however many presses there are.
+void AddModelError(PressFit* fit) {
+  fit->sigma_modulus = std::hypot(fit->sigma_modulus, fit->model_error * fit->young_modulus);
 }
 
 struct Scale {
@@ -228,6 +237,7 @@ PressFit FitLoads(const Scene& scene, const std::filesystem::path& file, double 
   const auto count = static_cast<double>(rows.size() - rows.array().isNaN().count());
   fit.sigma_modulus =
       fit.young_modulus * std::sqrt(best.misfit / std::max(1.0, count - 1) / best.modelled_square);
+  AddModelError(&fit);
   fit.rms = std::sqrt(best.misfit / count) / measured.cwiseAbs().maxCoeff();
   Eigen::Index at = 0;
   for (const Press& press : presses) {
@@ -262,6 +272,7 @@ PressFit FitPress(const Scene& scene, const std::filesystem::path& file, double 
     const double misfit = (modelled - measured).squaredNorm();
     const auto rows = static_cast<double>(measured.size());
     fit.sigma_modulus = std::sqrt(misfit / std::max(1.0, rows - 2) / by_modulus.squaredNorm());
+    AddModelError(&fit);
     fit.rms = std::sqrt(misfit / rows) / measured.cwiseAbs().maxCoeff();
     return fit;
   }
@@ -283,6 +294,7 @@ PressFit FitPress(const Scene& scene, const std::filesystem::path& file, double 
   const double variance = best.misfit / free;
   fit.young_modulus = E * best.factor;
   fit.sigma_modulus = E * std::sqrt(variance / best.modelled_square);
+  AddModelError(&fit);
   fit.rms = std::sqrt(best.misfit / static_cast<double>(measured.size())) /
             measured.cwiseAbs().maxCoeff();
   if (!seek_poisson) return fit;

@@ -16,18 +16,19 @@
 namespace palpate {
 
 struct PressFit {
-  double young_modulus = 0, sigma_modulus = 0;  // [Pa]
-  double poisson_ratio = 0;                     // of the scene, or estimated
+  double young_modulus = 0, sigma_modulus = 0;  // [Pa]; sigma contains model_error
+  double model_error = 0;    // stated error of the model's answers, all of the same sign [-]
+  double poisson_ratio = 0;  // of the scene, or estimated
   bool sought_poisson = false;
   double sigma_poisson = 0;  // [-]
   double rms = 0;            // of the forces or displacements, over the largest [-]
   // For each load its name and the modulus from this load only [Pa].
   std::vector<std::pair<std::string, double>> alone{};
-  int presses = 0;       // presses or loads that were fitted
-  int extrapolated = 0;  // cases with a row that is not valid
+  int presses = 0;                 // presses or loads that were fitted
+  int extrapolated = 0;            // cases with a row that is not valid
   std::string_view flag_reason{};  // of the first such row
-  std::string kind;      // of the model
-  std::string remark;    // on places off the surface; may be empty
+  std::string kind;                // of the model
+  std::string remark;              // on places off the surface; may be empty
 };
 
 // `file` is a table of contacts that `solve` reads, with the measured forces fx, fy, fz, or one
