@@ -39,7 +39,7 @@ constexpr std::array kRimEffect{-0.05, -0.25, 0.9, 0.3};
 constexpr double kMaxPoisson = 0.4999;
 
 // See EffectOf. [fitted]
-constexpr double kLocked = 1.35, kGivesWay = 0.5, kOfShear = 0.3, kOfVolume = 0.4, kOfShear10 = 0.4;
+constexpr double kLocked = 1.5, kGivesWay = 0.5, kOfShear = 0.3, kOfVolume = 0.4, kOfShear10 = 0.4;
 // Reach of a contact's elements, in its widths and mean edges. [derived: a disc's stress falls with
 // the square of the distance in widths]
 constexpr double kReach = 1.5, kEdges = 2;
