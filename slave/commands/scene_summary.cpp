@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <optional>
+#include <utility>
 #include <vector>
 
 #include <spdlog/fmt/fmt.h>
@@ -21,23 +22,30 @@ std::string Sizes(const Scene& scene) {
 
 }  // namespace
 
-std::string SceneSummary(const Scene& scene, const study::PressSpec& spec,
-                         DeformationModel* model) {
-  constexpr double kMillimetre = 1e-3;
-  const double depth = std::min(kMillimetre, spec.depth);
+ContactResponse PressOnce(const Scene& scene, const study::PressSpec& spec, double depth,
+                          DeformationModel* model) {
   const study::Press& press = spec.presses.front();
-  const Tool tool = scene.tool.value_or(Tool{.width = spec.width});
   SolveRow row;
-  row.contact = {.p_O = press.p_O, .width = spec.width, .prescribed_O = depth * press.inward_O};
-  row.contact.is_rigid = tool.IsRigidFace();
-  row.tool = tool;
-  std::vector<SolveRow> rows{row};
+  row.tool = scene.tool.value_or(Tool{.width = spec.width});
+  row.contact = {.p_O = press.p_O,
+                 .width = spec.width,
+                 .prescribed_O = depth * press.inward_O,
+                 .is_rigid = row.tool.IsRigidFace()};
+  std::vector<SolveRow> rows{std::move(row)};
   Solution solution;
   const ObjectMesh mesh = MeshObject(scene, std::nullopt);
   CaseSolver(scene, mesh, model).Solve({0}, CaseStart::kRest, &rows, &solution);
   model->Reset();
+  return rows.front().response;
+}
+
+std::string SceneSummary(const Scene& scene, const study::PressSpec& spec,
+                         DeformationModel* model) {
+  constexpr double kMillimetre = 1e-3;
+  const double depth = std::min(kMillimetre, spec.depth);
+  const Eigen::Vector3d force_O = PressOnce(scene, spec, depth, model).force_O;
   return fmt::format("{}; {} deep the tool presses with {}", Sizes(scene), LengthInWords(depth),
-                     ForceText(press.inward_O.dot(rows.front().response.force_O)));
+                     ForceText(spec.presses.front().inward_O.dot(force_O)));
 }
 
 std::string SceneSummary(const Scene& scene) {

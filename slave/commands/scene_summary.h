@@ -10,6 +10,11 @@
 
 namespace palpate {
 
+// The answer to the first press of `spec` with this depth [m], as `solve` computes it. `model` is
+// the scene's and is unloaded before and afterwards.
+ContactResponse PressOnce(const Scene& scene, const study::PressSpec& spec, double depth,
+                          DeformationModel* model);
+
 // The sentence states the object's sizes, its stiffness, and the force of the scene's tool at a
 // depth of 1 mm, or at the depth of `press` if that is less. `model` is the scene's and is unloaded
 // before and afterwards.

@@ -70,16 +70,23 @@ Solution PrintPress(const Scene& scene, DeformationModel& model, Progress* progr
     const std::string tool = IsTouchedRound(scene)
                                  ? "by a round tool of radius " + LengthInWords(scene.tool->radius)
                                  : LengthInWords(question.width) + " wide";
-    PrintLine("contact", fmt::format("{:.4g} N for an indentation of {} at ({}, {}, {}), {}",
-                                     row.answers.front().full.value, LengthInWords(question.depth),
-                                     LengthInWords(press.p_O.x()), LengthInWords(press.p_O.y()),
-                                     LengthInWords(press.p_O.z()), tool));
+    const ContactResponse response = PressOnce(scene, question, question.depth, &model);
+    const double force = press.inward_O.dot(response.force_O);
+    PrintLine("contact",
+              fmt::format("{:.4g} N for an indentation of {} at ({}, {}, {}), {}", force,
+                          LengthInWords(question.depth), LengthInWords(press.p_O.x()),
+                          LengthInWords(press.p_O.y()), LengthInWords(press.p_O.z()), tool));
     PrintLine("in words", SceneSummary(scene, question, &model));
     if (ReportCollector* report = ReportCollector::present()) {
-      report->contact = {question.depth, row.answers.front().full.value, row.update_p99_s};
+      report->contact = {question.depth, force, row.update_p99_s};
+    }
+    if (!question.seen.empty()) {
+      PrintLine("estimate", fmt::format("{:.4g} N from the points that the cameras see of a solid "
+                                        "under this press",
+                                        row.answers.front().full.value));
     }
     if (row.validity != Validity::kValid) {
-      PrintLine("contact",
+      PrintLine(question.seen.empty() ? "contact" : "estimate",
                 "extrapolated: " + (row.reason.empty() ? std::string(kBeyondRange) : row.reason));
     }
     PrintVerdicts(scene, row);
