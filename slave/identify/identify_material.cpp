@@ -214,9 +214,9 @@ void IdentifyOnScene(const Requests& requests, const IdentifyRequest& options,
   const auto note = [&](const std::filesystem::path& file, const PressFit& fit) {
     if (!fit.remark.empty()) report->warnings.push_back(file.string() + ": " + fit.remark);
     if (fit.extrapolated == 0) return;
-    report->warnings.push_back(Formatted("%s: %d of %d cases are extrapolated, the first because %s",
-                                         file.c_str(), fit.extrapolated, fit.presses,
-                                         std::string(fit.flag_reason).c_str()));
+    report->warnings.push_back(
+        Formatted("%s: %d of %d cases are extrapolated, the first because %s", file.c_str(),
+                  fit.extrapolated, fit.presses, std::string(fit.flag_reason).c_str()));
   };
   if (!requests.press.empty()) {
     report->press = FitPress(scene, requests.press, options.width, options.fit_poisson, progress);
