@@ -22,20 +22,17 @@ using Eigen::MatrixXd;
 using Eigen::VectorXd;
 using Element = FemOptions::Element;
 
-constexpr int kAssembly = 2;  // increase it when the same inputs produce another matrix
-constexpr double kMaxNu4 = 0.499;
-// Poisson's ratio from which ten-node elements have a pressure unknown [-]. [measured: without it
-// 3 % too stiff at 0.3, 5 % at 0.45, 8 % at 0.489 under a disc of four elements; with it 1 %]
+constexpr int kAssembly = 3;  // increase it when the same inputs produce another matrix
+// Poisson's ratio from which elements have a pressure unknown [-]. [measured under a disc of four
+// elements: four nodes without it are 2 % too soft at 0.3, 6 % too stiff at 0.45 and 33 % at 0.49;
+// with it 4 to 5 % too soft at every ratio up to 0.4999]
 constexpr double kMixedFrom = 0.4;
+constexpr double kMaxNu = 0.5;
 constexpr double kResidual = 1e-12;  // of a solution with pressure, relative
 constexpr int kMaxRefinements = 8;
 
-void RequirePoissonRatio(double nu, Element element) {
-  const double largest = element == Element::kTet4 ? kMaxNu4 : 0.5;
-  if (nu > -1 && nu <= largest) return;
-  RefuseValue(
-      "poisson_ratio", nu,
-      element == Element::kTet4 ? "-1 < nu <= 0.499 (tet10 takes up to 0.5)" : "-1 < nu <= 0.5");
+void RequirePoissonRatio(double nu) {
+  if (!(nu > -1 && nu <= kMaxNu)) RefuseValue("poisson_ratio", nu, "-1 < nu <= 0.5");
 }
 
 // Throws unless the held components fix all six rigid motions of every connected part. O(N).
@@ -104,7 +101,7 @@ SparseMatrix FreeLower(const SparseMatrix& upper, const std::vector<int>& rows) 
 
 RestStiffness AssembleAtRest(const SolidMesh& mesh, const HeldNodes& held, double nu,
                              Element element) {
-  RequirePoissonRatio(nu, element);
+  RequirePoissonRatio(nu);
   RequireTets(mesh, held);
   RestStiffness stiffness;
   stiffness.held = held;
@@ -113,7 +110,7 @@ RestStiffness AssembleAtRest(const SolidMesh& mesh, const HeldNodes& held, doubl
   stiffness.elements =
       MakeTetMesh(mesh, element == Element::kTet10 ? 10 : 4, stiffness.length_unit);
   RequireSupported(mesh, held);
-  const bool pressure = element == Element::kTet10 && nu >= kMixedFrom;
+  const bool pressure = nu >= kMixedFrom;
   stiffness.inputs = HashOf(mesh, held, nu, element, pressure);
   const BlockLayout layout(stiffness.elements, pressure);
   const ElasticBody body(stiffness.elements, layout, MaterialLaw(FemOptions::Law::kLinear, nu));

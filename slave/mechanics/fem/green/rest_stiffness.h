@@ -2,9 +2,9 @@
 // factor.
 //
 // Nondimensional: lengths are divided by length_unit, moduli by E of the body, and each tetrahedron
-// has a relative modulus, so K = K_SI / (E length_unit). Small strain. Ten nodes have a pressure
-// unknown per corner from nu = 0.4 on; four nodes lock as nu ->
-// 0.5.
+// has a relative modulus, so K = K_SI / (E length_unit). Small strain. From nu = 0.4 on every
+// corner has a pressure unknown, stabilised in four-node elements (ElasticBody), so that none
+// locks.
 #pragma once
 
 #include <array>
@@ -43,7 +43,7 @@ struct RestStiffness {
 
 // `held`: per node of the mesh and component; a mid-edge node is fixed if both ends are. Throws
 // std::invalid_argument: counts that do not fit, a tetrahedron without positive volume or with a
-// node that does not exist, nu not in (-1, 0.499] with four nodes or (-1, 0.5] with ten, supports
+// node that does not exist, nu not in (-1, 0.5], supports
 // that leave a part of the body free to move.
 RestStiffness AssembleAtRest(const SolidMesh& mesh, const HeldNodes& held, double nu,
                              FemOptions::Element element);

@@ -150,13 +150,19 @@ double ElasticBody::AddElement(const Local<kNodes>& local, ElementMatrix* gradie
     }
   }
   if (!mixed) return energy;
-  // - p^2 / (2 k).
   const double V = local.geometry.volume, c = law_.compressibility();
-  const Vector4d mass_p = V / 20 * (local.p + Vector4d::Constant(local.p.sum()));
+  const Vector4d volumes = V * (PressureMatrix(c, kNodes) * local.p);
   if (gradient) {
-    for (int i = 0; i < 4; ++i) (*gradient)(4 * i + 3, 0) -= c * mass_p[i];
+    for (int i = 0; i < 4; ++i) (*gradient)(4 * i + 3, 0) -= volumes[i];
   }
-  return energy - 0.5 * local.modulus * c * local.p.dot(mass_p);
+  return energy - 0.5 * local.modulus * local.p.dot(volumes);
+}
+
+Eigen::Matrix4d ElasticBody::PressureMatrix(double compressibility, int nodes_per_element) const {
+  const Eigen::Matrix4d mass = (Eigen::Matrix4d::Ones() + Eigen::Matrix4d::Identity()) / 20;
+  if (nodes_per_element == 10) return compressibility * mass;
+  const Eigen::Matrix4d of_means = Eigen::Matrix4d::Constant(1.0 / 16);
+  return compressibility * mass + (mass - of_means) / (2 * law_.mu());
 }
 
 template <int kNodes>
@@ -207,8 +213,11 @@ void ElasticBody::AddTangents(const VectorXd& x, const Tangent& tangent, bool re
   const double bulk = mixed ? 0 : 1 / law_.compressibility();
   for (int e = 0; e < mesh_.element_count(); ++e) {
     const Local<kNodes> local = Gather<kNodes>(x, e);
-    const double own = law_.compressibility() / local.modulus;
-    const double c = regularised ? std::max(own, kMinCompressibility) : own;
+    const double own = law_.compressibility();
+    const double c = regularised ? std::max(own, kMinCompressibility * local.modulus) : own;
+    const Eigen::Matrix4d pressures =
+        mixed ? Eigen::Matrix4d(local.geometry.volume / local.modulus * PressureMatrix(c, kNodes))
+              : Eigen::Matrix4d(Eigen::Matrix4d::Zero());
     Stiffness<kNodes> stiffness;
     // Coupling of displacements (rows) and pressures (columns).
     Eigen::Matrix<double, 3 * kNodes, 4> coupling = Eigen::Matrix<double, 3 * kNodes, 4>::Zero();
@@ -234,8 +243,7 @@ void ElasticBody::AddTangents(const VectorXd& x, const Tangent& tangent, bool re
       if (i < 3 && k < 3) return stiffness.at(a, i, b, k);
       if (i < 3) return coupling(3 * a + i, b);
       if (k < 3) return coupling(3 * b + k, a);
-      const double share = a == b ? 0.1 : 0.05;
-      return -c * share * local.geometry.volume;
+      return -pressures(a, b);
     };
     layout_.Add(e, entry, matrix);
   }

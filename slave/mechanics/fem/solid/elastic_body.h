@@ -3,8 +3,10 @@
 //
 //   W(u, p) = integral of A(F) + p g(F) - p^2 / (2 k)
 //
-// Ten-node elements may have pressure unknowns: p is then continuous and linear between the
-// vertices (Taylor-Hood element).
+// Elements may have pressure unknowns: p is then continuous and linear between the vertices. Ten
+// nodes need nothing more (Taylor-Hood element). With four nodes the difference of p to its mean in
+// the element is penalised, - (p - mean p)^2 / (4 mu) in W (Dohrmann and Bochev, Int. J. Numer.
+// Meth. Fluids 46, 2004).
 #pragma once
 
 #include <vector>
@@ -54,6 +56,8 @@ class ElasticBody {
   [[nodiscard]] const MaterialLaw& law() const { return law_; }
 
  private:
+  // Matrix of - W in the pressures of an element of unit volume and modulus.
+  [[nodiscard]] Eigen::Matrix4d PressureMatrix(double compressibility, int nodes_per_element) const;
   template <int kNodes>
   struct Local;  // one element's unknowns and geometry
   template <int kNodes>
