@@ -81,6 +81,7 @@ struct ContactResponse {
   double force_error = 0, displacement_error = 0;
   // The response is that of a disc of the contact's width, although the mesh has no such disc.
   bool takes_width = false;
+  int touching = 0;  // nodes or elements that a rigid tool touches; 0: no tool, or not counted
 };
 
 // The nodes and cells of a displacement field. Frame O.

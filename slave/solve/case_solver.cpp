@@ -14,8 +14,8 @@ namespace palpate {
 namespace {
 
 constexpr std::string_view kWholeElements =
-    "the elements under the tool are narrower or wider than it, and the error of the force that is "
-    "left is beyond model.tolerance: use more of them";
+    "the elements under the tool or in a held arc change the force by more than model.tolerance: "
+    "use more of them";
 
 // Requires supports: without them a body would follow a single contact as a whole.
 void RequireHeld(const Scene& scene, const Case& one, const std::vector<SolveRow>& rows) {

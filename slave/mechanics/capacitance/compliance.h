@@ -27,6 +27,7 @@ struct ForceUnknown {
   int row = 0;         // of its first component in the capacitance matrix
   int count = 3;       // components that are unknown
   bool plain = false;  // one place, all components of the body's displacements
+  int hold = -1;       // of a tool: in its footprint's holds
   double measure = 1;  // force by amplitude (Compliance::measure)
   Eigen::Matrix3d basis = Eigen::Matrix3d::Identity();  // columns 0 to count: their directions
 };

@@ -4,7 +4,9 @@
 #include <chrono>
 #include <cmath>
 #include <exception>
+#include <limits>
 #include <new>
+#include <numbers>
 #include <numeric>
 #include <tuple>
 
@@ -12,6 +14,7 @@
 
 #include "shared/text/text.h"
 #include "slave/mechanics/footprint/disc_compliance.h"
+#include "slave/mechanics/footprint/rim_share.h"
 #include "slave/mechanics/mesh_resolution.h"
 #include "slave/mesh/index.h"
 
@@ -26,6 +29,25 @@ constexpr double kAbsurd = 1e6;  // larger sides
 // Up to this number of unknowns all columns are computed instead of only the forces, because
 // further values of the same contacts are then cheaper (bench_mechanics, one to eight contacts).
 constexpr int kFewColumns = 16;
+
+// A place pulls or penetrates if it does by more than this part of the largest force or the depth.
+constexpr double kSlack = 1e-9;
+constexpr double kGuess =
+    0.5;  // of the depth: largest gap of places that touch at first [by Hertz]
+// Places under a round tool from which its moment is known, and its error relative to force times
+// contact width divided by the number of places [-]. [derived: one place more or less at the rim,
+// where the pressure is smallest]
+constexpr std::size_t kFewestUnderRound = 3;
+constexpr double kSpreadUnderRound = 0.5;
+constexpr int kBlocks = 3;       // rounds in which all places change though no fewer are wrong
+constexpr int kMaxRounds = 100;  // of the search for the places that touch
+
+// Compliance of a boundary element's spring, times Young's modulus and the thickness [-]. The
+// factor: see element_places.h.
+double SpringOfElement(double poisson_ratio, double share) {
+  constexpr double kLogarithm = 2.1;
+  return kLogarithm * 2 / std::numbers::pi * (1 - poisson_ratio * poisson_ratio) * (1 / share - 1);
+}
 
 ComplianceSolver::Params Checked(const ComplianceSolver::Params& params) {
   RequirePositive("young_modulus", params.young_modulus);
@@ -95,9 +117,12 @@ bool ComplianceSolver::TryRespond(std::span<const Contact> contacts,
     if (!Acceptable(contact)) return Refuse("a value is not finite or too large");
   }
   if (!Prepare(contacts)) return false;
-  if (!columns_known_ && WantsColumns(contacts)) SolveColumns();
   if (!SetValues(contacts)) return false;
-  SolveForces();
+  if (!Settle(contacts)) {
+    return Fail(
+        "contacts overlap and their displacements are dependent, or they leave the body free to "
+        "move");
+  }
   for (int i = 0; i < static_cast<int>(contacts.size()); ++i) {
     responses[Index(i)] = ResponseOf(set_.slots()[Index(i)], contacts[Index(i)]);
     if (responses[Index(i)].validity == Validity::kFailed) {
@@ -118,18 +143,23 @@ bool ComplianceSolver::Acceptable(const Contact& contact) const noexcept {
   const double largest = kAbsurd * (moved ? params_.larger_side : force_unit_);
   return contact.prescribed_O.cwiseAbs().maxCoeff() <= largest &&
          contact.prescribed_O.allFinite() && contact.width >= 0 && std::isfinite(contact.width) &&
-         contact.p_O.allFinite() && contact.element >= -1;
+         contact.radius >= 0 && std::isfinite(contact.radius) && contact.p_O.allFinite() &&
+         contact.element >= -1;
 }
 
 bool ComplianceSolver::Prepare(std::span<const Contact> contacts) {
   const auto outcome = set_.Update(contacts);
   if (outcome == ContactSet::Outcome::kSame) return true;
-  columns_known_ = false;
+  columns_known_ = factored_ = false;
   if (outcome == ContactSet::Outcome::kFailed) return Fail(set_.failure());
-  if (!FactoriseCapacitance()) {
-    return Fail(
-        "contacts overlap and their displacements are dependent, or they leave the body free to "
-        "move");
+  infeasible_.reserve(set_.unknowns().size());
+  has_tools_ = std::ranges::any_of(set_.slots(), &ContactSlot::is_tool);
+  tools_.assign(set_.slots().size(), {});
+  touches_.assign(set_.unknowns().size(), 1);
+  if (has_tools_) {
+    whole_stride_ = PaddedTo8(set_.rows());
+    whole_.assign(Index(set_.rows()) * Index(whole_stride_), 0.0);
+    FillCapacitance(whole_.data(), whole_stride_);
   }
   loads_.Fill(set_);
   SoftenLoads();
@@ -148,15 +178,14 @@ Matrix3d ComplianceSolver::Lacking(const ContactSlot& slot) const {
 
 // Reduces the displacement of the places relative to the contact by the additional compliance times
 // their total force.
-void ComplianceSolver::SoftenNarrow(const ContactSlot& slot) {
+void ComplianceSolver::SoftenNarrow(const ContactSlot& slot, double* first, int stride) {
   if (slot.footprint.narrower == 0 || slot.load >= 0) return;
   const Matrix3d lacking = Lacking(slot);
-  const auto unknowns = set_.unknowns().subspan(Index(slot.unknown), Index(slot.unknowns));
-  for (const auto& at : unknowns) {
-    for (const auto& by : unknowns) {
+  for (const auto& at : UnknownsOf(slot)) {
+    for (const auto& by : UnknownsOf(slot)) {
       const Matrix3d block = at.basis.transpose() * lacking * by.basis;
-      double* to = factor_.row(at.row) + by.row;
-      for (int r = 0; r < at.count; ++r, to += factor_.stride()) {
+      double* to = first + at.row * stride + by.row;
+      for (int r = 0; r < at.count; ++r, to += stride) {
         for (int c = 0; c < by.count; ++c) to[c] += block(r, c);
       }
     }
@@ -169,31 +198,206 @@ void ComplianceSolver::SoftenLoads() {
   }
 }
 
-bool ComplianceSolver::FactoriseCapacitance() {
-  factor_.Reset(set_.rows());
+void ComplianceSolver::FillCapacitance(double* first, int stride) {
   const auto unknowns = set_.unknowns();
   for (std::size_t by = 0; by < unknowns.size(); ++by) {
     if (by + 1 < unknowns.size()) {
       for (const auto& at : unknowns) compliance_.PrefetchBlock(at, unknowns[by + 1]);
     }
     for (const auto& at : unknowns) {
-      compliance_.FillBlock(at, unknowns[by], factor_.row(at.row) + unknowns[by].row,
-                            factor_.stride());
+      compliance_.FillBlock(at, unknowns[by], first + at.row * stride + unknowns[by].row, stride);
     }
   }
-  for (const auto& slot : set_.slots()) SoftenNarrow(slot);
+  for (const auto& slot : set_.slots()) {
+    SoftenNarrow(slot, first, stride);
+    AddSprings(slot, first, stride);
+  }
+}
+
+// Places of which only a part is under a flat face.
+void ComplianceSolver::AddSprings(const ContactSlot& slot, double* first, int stride) const {
+  if (!slot.is_tool()) return;
+  for (const auto& u : UnknownsOf(slot)) {
+    const ToolHold& hold = slot.footprint.holds[Index(u.hold)];
+    if (hold.share >= kWholeShare) continue;
+    Matrix3d spring =
+        u.measure * SpringOfElement(params_.poisson_ratio, hold.share) * Matrix3d::Identity();
+    if (compliance_.components() == 3) {
+      spring = length_unit_ * SpringAtRim(params_.poisson_ratio, hold.part_radius, hold.share)
+                                  .Around(slot.footprint.normal_O);
+    }
+    const Matrix3d block = u.basis.transpose() * spring * u.basis;
+    for (int r = 0; r < u.count; ++r) {
+      for (int c = 0; c < u.count; ++c) first[(u.row + r) * stride + u.row + c] += block(r, c);
+    }
+  }
+}
+
+bool ComplianceSolver::FactoriseTouching() {
+  columns_known_ = false;
+  position_.assign(Index(set_.rows()), -1);
+  int rows = 0;
+  for (std::size_t i = 0; i < set_.unknowns().size(); ++i) {
+    const ForceUnknown& u = set_.unknowns()[i];
+    for (int k = 0; k < u.count && touches_[i] != 0; ++k) position_[Index(u.row + k)] = rows++;
+  }
+  factor_.Reset(rows);
+  if (!has_tools_) {
+    FillCapacitance(factor_.row(0), factor_.stride());
+    return factor_.Factorise();
+  }
+  for (int at = 0; at < set_.rows(); ++at) {
+    if (position_[Index(at)] < 0) continue;
+    const double* from = whole_.data() + at * whole_stride_;
+    double* to = factor_.row(position_[Index(at)]);
+    for (int by = 0; by < set_.rows(); ++by) {
+      if (position_[Index(by)] >= 0) to[position_[Index(by)]] = from[by];
+    }
+  }
   return factor_.Factorise();
 }
 
+// Finds the forces and, with tools, the places that touch. False: the matrix is singular.
+bool ComplianceSolver::Settle(std::span<const Contact> contacts) {
+  factored_ = !StartTouching(contacts) && factored_;
+  is_settled_ = true;
+  fewest_infeasible_ = std::numeric_limits<std::size_t>::max();
+  blocks_left_ = kBlocks;
+  for (int round = 0;; ++round) {
+    if (!factored_ && !FactoriseTouching()) return false;
+    factored_ = true;
+    if (!has_tools_) break;
+    SolveForces();
+    if (!FindInfeasible()) break;
+    if (round == kMaxRounds) {
+      is_settled_ = false;
+      break;
+    }
+    SwitchInfeasible();
+    factored_ = false;
+  }
+  if (!columns_known_ && WantsColumns(contacts)) SolveColumns();
+  if (!has_tools_) SolveForces();
+  return true;
+}
+
+// Updates the tools' depths. Returns true if other places touch at first than in the last answer.
+bool ComplianceSolver::StartTouching(std::span<const Contact> contacts) {
+  bool has_changed = false;
+  for (std::size_t i = 0; i < tools_.size(); ++i) {
+    const ContactSlot& slot = set_.slots()[i];
+    if (!slot.is_tool()) continue;
+    ToolState& tool = tools_[i];
+    tool.depth = -slot.footprint.normal_O.dot(contacts[i].prescribed_O) / length_unit_;
+    const bool is_round = contacts[i].radius > 0;
+    double nearest = std::numeric_limits<double>::infinity();
+    for (const ToolHold& hold : slot.footprint.holds) nearest = std::min(nearest, hold.gap);
+    const bool presses = tool.depth > 0;
+    const Touching touching = presses && nearest < tool.depth * length_unit_ ? Touching::kSome
+                              : presses || is_round                          ? Touching::kNearest
+                                                                             : Touching::kAll;
+    if (is_round && !presses) {
+      const auto components = Index(compliance_.components());
+      std::fill_n(values_.begin() + static_cast<long>(components * i), components, 0.0);
+    }
+    if (tool.is_known && touching == tool.touching) continue;
+    tool.touching = touching;
+    tool.is_known = has_changed = true;
+    GuessTouching(i);
+  }
+  return has_changed;
+}
+
+void ComplianceSolver::GuessTouching(std::size_t contact) {
+  const ContactSlot& slot = set_.slots()[contact];
+  const ToolState& tool = tools_[contact];
+  const auto& holds = slot.footprint.holds;
+  const auto nearest =
+      static_cast<int>(std::ranges::min_element(holds, {}, &ToolHold::gap) - holds.begin());
+  for (int i = slot.unknown; i < slot.unknown + slot.unknowns; ++i) {
+    const int hold = set_.unknowns()[Index(i)].hold;
+    const bool guess = holds[Index(hold)].gap < kGuess * tool.depth * length_unit_;
+    const bool touches = tool.touching == Touching::kAll || hold == nearest ||
+                         (tool.touching == Touching::kSome && guess);
+    touches_[Index(i)] = touches ? 1 : 0;
+  }
+}
+
+// Finds the places that pull or penetrate their tool; false: there are none.
+bool ComplianceSolver::FindInfeasible() {
+  infeasible_.clear();
+  for (std::size_t i = 0; i < tools_.size(); ++i) {
+    const ContactSlot& slot = set_.slots()[i];
+    if (!slot.is_tool() || tools_[i].touching != Touching::kSome) continue;
+    const Vector3d& n = slot.footprint.normal_O;
+    double largest = 0;
+    for (const auto& u : UnknownsOf(slot)) largest = std::max(largest, std::abs(n.dot(ForceOf(u))));
+    for (std::size_t k = 0; k < Index(slot.unknowns); ++k) {
+      const std::size_t number = Index(slot.unknown) + k;
+      const ForceUnknown& u = set_.unknowns()[number];
+      if (touches_[number] != 0) {
+        if (n.dot(ForceOf(u)) > kSlack * largest) infeasible_.push_back(number);
+        continue;
+      }
+      const double least = tools_[i].depth - slot.footprint.holds[Index(u.hold)].gap / length_unit_;
+      const double sunk = -DisplacementAlong(n, u);
+      if (least - sunk > kSlack * tools_[i].depth) infeasible_.push_back(number);
+    }
+  }
+  return !infeasible_.empty();
+}
+
+void ComplianceSolver::SwitchInfeasible() {
+  const auto change = [this](std::size_t i) { touches_[i] = touches_[i] != 0 ? 0 : 1; };
+  if (infeasible_.size() < fewest_infeasible_) {
+    fewest_infeasible_ = infeasible_.size();
+    blocks_left_ = kBlocks;
+  } else if (blocks_left_ == 0) {
+    return change(infeasible_.back());
+  } else {
+    --blocks_left_;
+  }
+  std::ranges::for_each(infeasible_, change);
+}
+
+// Displacement of a place that does not touch, along n [length units].
+double ComplianceSolver::DisplacementAlong(const Vector3d& n, const ForceUnknown& at) const {
+  double along = 0;
+  for (int k = 0; k < at.count; ++k) {
+    const double* row = whole_.data() + (at.row + k) * whole_stride_;
+    double moved = std::inner_product(forces_.begin(), forces_.end(), row, 0.0);
+    for (std::size_t i = 0; i < set_.slots().size(); ++i) {
+      const int load = set_.slots()[i].load;
+      for (int c = 0; c < compliance_.components() && load >= 0; ++c) {
+        moved += Value(i)[c] * loads_.unknowns_by(load, c)[Index(at.row + k)];
+      }
+    }
+    along += n.dot(at.basis.col(k)) * moved;
+  }
+  return along;
+}
+
+double ComplianceSolver::FollowedPart(std::size_t contact, const ForceUnknown& at) const {
+  if (at.hold < 0 || tools_[contact].touching != Touching::kSome) return 1;
+  const double gap = set_.slots()[contact].footprint.holds[Index(at.hold)].gap;
+  return 1 - gap / (length_unit_ * tools_[contact].depth);
+}
+
 // Adds what a contact's value prescribes to right_.
-void ComplianceSolver::AddPrescribed(const ContactSlot& slot, const Vector3d& value) {
+void ComplianceSolver::AddPrescribed(std::size_t contact) {
+  const ContactSlot& slot = set_.slots()[contact];
+  const Vector3d value = Value(contact);
   for (int c = 0; c < compliance_.components() && slot.load >= 0; ++c) {
     const auto by = loads_.unknowns_by(slot.load, c);
-    for (std::size_t r = 0; r < by.size(); ++r) right_[r * kLane8] -= value[c] * by[r];
+    for (std::size_t r = 0; r < by.size(); ++r) {
+      if (position_[r] >= 0) right_[Index(position_[r]) * kLane8] -= value[c] * by[r];
+    }
   }
-  for (const auto& u : set_.unknowns().subspan(Index(slot.unknown), Index(slot.unknowns))) {
-    for (int k = 0; k < u.count; ++k) {
-      right_[Index(u.row + k) * kLane8] += u.basis.col(k).dot(value);
+  for (const auto& u : UnknownsOf(slot)) {
+    const int row = position_[Index(u.row)];
+    const double part = FollowedPart(contact, u);
+    for (int k = 0; k < u.count && row >= 0; ++k) {
+      right_[Index(row + k) * kLane8] += part * u.basis.col(k).dot(value);
     }
   }
 }
@@ -202,12 +406,14 @@ void ComplianceSolver::AddPrescribed(const ContactSlot& slot, const Vector3d& va
 void ComplianceSolver::FillUnitColumns(const ContactSlot& slot, double* first) const {
   for (int c = 0; c < compliance_.components() && slot.load >= 0; ++c) {
     const auto by = loads_.unknowns_by(slot.load, c);
-    for (std::size_t r = 0; r < by.size(); ++r)
-      first[r * Index(column_stride_) + Index(c)] = -by[r];
+    for (std::size_t r = 0; r < by.size(); ++r) {
+      if (position_[r] >= 0) first[position_[r] * column_stride_ + c] = -by[r];
+    }
   }
-  for (const auto& u : set_.unknowns().subspan(Index(slot.unknown), Index(slot.unknowns))) {
+  for (const auto& u : UnknownsOf(slot)) {
+    if (position_[Index(u.row)] < 0) continue;
     for (int k = 0; k < u.count; ++k) {
-      double* row = first + (u.row + k) * column_stride_;
+      double* row = first + position_[Index(u.row + k)] * column_stride_;
       for (int c = 0; c < compliance_.components(); ++c) row[c] = u.basis(c, k);
     }
   }
@@ -218,7 +424,7 @@ void ComplianceSolver::SolveColumns() {
   const auto slots = set_.slots();
   const int components = compliance_.components();
   column_stride_ = PaddedTo8(components * static_cast<int>(slots.size()));
-  columns_.assign(Index(set_.rows()) * Index(column_stride_), 0.0);
+  columns_.assign(Index(factor_.order()) * Index(column_stride_), 0.0);
   for (std::size_t i = 0; i < slots.size(); ++i) {
     FillUnitColumns(slots[i], columns_.data() + Index(components) * i);
   }
@@ -236,9 +442,10 @@ void ComplianceSolver::SolveColumns() {
 Matrix3d ComplianceSolver::StiffnessOf(const ContactSlot& slot, const double* first) const {
   Matrix3d stiffness = Matrix3d::Zero();
   const bool planar = compliance_.components() == 2;
-  for (const auto& u : set_.unknowns().subspan(Index(slot.unknown), Index(slot.unknowns))) {
+  for (const auto& u : UnknownsOf(slot)) {
+    if (position_[Index(u.row)] < 0) continue;
     for (int k = 0; k < u.count; ++k) {
-      const double* row = first + (u.row + k) * column_stride_;
+      const double* row = first + position_[Index(u.row + k)] * column_stride_;
       const Vector3d by(row[0], row[1], planar ? 0 : row[2]);
       stiffness += u.measure * u.basis.col(k) * by.transpose();
     }
@@ -253,7 +460,8 @@ Matrix3d ComplianceSolver::StiffnessOfLoad(const ContactSlot& slot, const double
     const auto at = loads_.load_by_unknowns(slot.load, r);
     for (int c = 0; c < compliance_.components(); ++c) {
       for (std::size_t k = 0; k < at.size(); ++k) {
-        own(r, c) += at[k] * first[k * Index(column_stride_) + Index(c)];
+        if (position_[k] < 0) continue;
+        own(r, c) += at[k] * first[position_[k] * column_stride_ + c];
       }
     }
   }
@@ -296,22 +504,34 @@ bool ComplianceSolver::SetValues(std::span<const Contact> contacts) {
 
 void ComplianceSolver::SolveForces() {
   const int rows = set_.rows();
-  forces_.resize(Index(rows));
-  if (columns_known_) {
+  forces_.assign(Index(rows), 0.0);
+  if (columns_known_ && !TouchesGaps()) {
     const auto count = static_cast<Eigen::Index>(values_.size());
     const Eigen::Map<const Eigen::VectorXd> values(values_.data(), count);
     for (int r = 0; r < rows; ++r) {
-      const double* row = columns_.data() + Index(r) * Index(column_stride_);
+      if (position_[Index(r)] < 0) continue;
+      const double* row = columns_.data() + position_[Index(r)] * column_stride_;
       forces_[Index(r)] = values.dot(Eigen::Map<const Eigen::VectorXd>(row, count));
     }
     return;
   }
-  right_.assign(Index(rows) * kLane8, 0.0);
-  for (std::size_t i = 0; i < set_.slots().size(); ++i) {
-    AddPrescribed(set_.slots()[i], Value(i));
-  }
+  right_.assign(Index(factor_.order()) * kLane8, 0.0);
+  for (std::size_t i = 0; i < set_.slots().size(); ++i) AddPrescribed(i);
   factor_.Solve({right_.data(), kLane8});
-  for (std::size_t r = 0; r < forces_.size(); ++r) forces_[r] = right_[r * kLane8];
+  for (std::size_t r = 0; r < forces_.size(); ++r) {
+    if (position_[r] >= 0) forces_[r] = right_[Index(position_[r]) * kLane8];
+  }
+}
+
+// Returns whether a place that touches follows its tool only in part.
+bool ComplianceSolver::TouchesGaps() const {
+  for (std::size_t i = 0; i < tools_.size(); ++i) {
+    if (tools_[i].touching != Touching::kSome) continue;
+    for (const auto& u : UnknownsOf(set_.slots()[i])) {
+      if (position_[Index(u.row)] >= 0 && FollowedPart(i, u) != 1) return true;
+    }
+  }
+  return false;
 }
 
 // The value of a contact, with zeros beyond the components.
@@ -352,9 +572,7 @@ ContactResponse ComplianceSolver::ResponseOf(const ContactSlot& slot,
     response.displacement_O = length_unit_ * DisplacementOfLoad(slot.load);
   } else {
     Vector3d force = Vector3d::Zero();
-    for (const auto& u : set_.unknowns().subspan(Index(slot.unknown), Index(slot.unknowns))) {
-      force += ForceOf(u);
-    }
+    for (const auto& u : UnknownsOf(slot)) force += ForceOf(u);
     response.force_O = force_unit_ * force;
   }
   if (contact.wants_stiffness) {
@@ -365,16 +583,30 @@ ContactResponse ComplianceSolver::ResponseOf(const ContactSlot& slot,
   const bool known =
       response.force_O.allFinite() && response.stiffness_O.allFinite() && deflection <= kAbsurd;
   if (!known) return {};
-  const bool coarse =
-      IsContactCoarse(slot.footprint.patch_error, params_.young_modulus * slot.contact.width,
-                      response.force_O, response.displacement_O);
-  const bool is_valid = deflection <= params_.range && !coarse && !slot.on_support;
+  const double error = slot.is_tool() ? TouchError(slot) : slot.footprint.patch_error;
+  const bool coarse = IsContactCoarse(error, params_.young_modulus * slot.contact.width,
+                                      response.force_O, response.displacement_O);
+  const bool is_valid = deflection <= params_.range && !coarse && !slot.on_support && is_settled_;
   response.validity = is_valid ? Validity::kValid : Validity::kExtrapolated;
-  response.takes_width = slot.footprint.narrower != 0;
-  if (coarse) response.flag_reason = kCoarsePatch;
+  response.takes_width = slot.is_tool() || slot.footprint.narrower != 0;
+  if (slot.is_tool()) response.touching = TouchingOf(slot);
+  if (coarse) response.flag_reason = slot.is_tool() ? kFewTouched : kCoarsePatch;
+  if (!is_settled_) response.flag_reason = kNotSettled;
   if (slot.on_support) response.flag_reason = kOnSupport;
   SetMomentOf(slot, &response);
   return response;
+}
+
+int ComplianceSolver::TouchingOf(const ContactSlot& slot) const {
+  const auto first = touches_.begin() + slot.unknown;
+  return static_cast<int>(std::count(first, first + slot.unknowns, 1));
+}
+
+// Relative error of the compliance of a tool by the number of places that it touches [-].
+double ComplianceSolver::TouchError(const ContactSlot& slot) const {
+  const ToolState& tool = tools_[static_cast<std::size_t>(&slot - set_.slots().data())];
+  if (tool.touching == Touching::kNearest && tool.depth <= 0) return 0;
+  return FewTouchedError(Index(TouchingOf(slot)), slot.footprint.fewest, slot.contact.radius > 0);
 }
 
 void ComplianceSolver::SetMomentOf(const ContactSlot& slot, ContactResponse* response) const {
@@ -386,10 +618,29 @@ void ComplianceSolver::SetMomentOf(const ContactSlot& slot, ContactResponse* res
   }
   // A place fixed by a support has no unknown.
   if (Index(slot.unknowns) != arms.size()) return;
+  if (slot.is_tool()) return SetMomentOfTool(slot, response);
   const auto force_at = [&](std::size_t i) -> Vector3d {
     return force_unit_ * ForceOf(set_.unknowns()[Index(slot.unknown) + i]);
   };
   SetMoment(arms, slot.contact.width, force_at, response, params_.moment);
+}
+
+void ComplianceSolver::SetMomentOfTool(const ContactSlot& slot, ContactResponse* response) const {
+  const bool is_round = slot.contact.radius > 0;
+  const auto touching = Index(response->touching);
+  if (touching < (is_round ? kFewestUnderRound : params_.moment.fewest)) return;
+  Vector3d moment = Vector3d::Zero();
+  double reach = 0;
+  for (const auto& u : UnknownsOf(slot)) {
+    if (position_[Index(u.row)] < 0) continue;
+    const Vector3d& arm = slot.footprint.arms[Index(u.hold)];
+    moment += arm.cross(force_unit_ * ForceOf(u));
+    reach = std::max(reach, arm.norm());
+  }
+  response->moment_O = moment;
+  const double error =
+      is_round ? kSpreadUnderRound * 2 * reach : params_.moment.spread * slot.contact.width;
+  response->moment_sigma = error / static_cast<double>(touching) * response->force_O.norm();
 }
 
 void ComplianceSolver::Forces(std::vector<PlaceForce>* forces) const {

@@ -13,6 +13,13 @@ constexpr std::string_view kInnerNode = "a node inside the body is not on its su
 constexpr std::string_view kNotStored =
     "the Green's functions of a contact point are not stored: their memory is used up";
 
+// Returns whether the slot has the contact's place and all places that it may touch there.
+bool Covers(const ContactSlot& slot, const Contact& contact) {
+  if (!slot.contact.IsAt(contact)) return false;
+  return !slot.is_tool() || contact.radius == 0 ||
+         -slot.footprint.normal_O.dot(contact.prescribed_O) <= slot.footprint.depth;
+}
+
 }  // namespace
 
 ContactSet::Outcome ContactSet::Fail(std::string_view why) {
@@ -37,7 +44,7 @@ ContactSet::Outcome ContactSet::Update(std::span<const Contact> contacts) {
 
 bool ContactSet::IsSame(std::span<const Contact> contacts) const {
   return std::ranges::equal(slots(), contacts, [](const ContactSlot& slot, const Contact& contact) {
-    return slot.contact.IsAt(contact);
+    return Covers(slot, contact);
   });
 }
 
@@ -66,7 +73,7 @@ bool ContactSet::FindAsTheyAre(std::span<const Contact> contacts) {
 bool ContactSet::FindChanged(std::span<const Contact> contacts) {
   for (int i = 0; i < count_; ++i) {
     ContactSlot& slot = slots_[Index(i)];
-    if (slot.contact.IsAt(contacts[Index(i)])) continue;
+    if (Covers(slot, contacts[Index(i)])) continue;
     if (!Find(contacts[Index(i)], &slot)) return false;
   }
   return true;
@@ -78,9 +85,9 @@ bool ContactSet::FindSpliced(std::span<const Contact> contacts) {
   const int now = static_cast<int>(contacts.size());
   const int shorter = std::min(now, count_);
   int begin = 0, end = 0;
-  while (begin < shorter && slots_[Index(begin)].contact.IsAt(contacts[Index(begin)])) ++begin;
+  while (begin < shorter && Covers(slots_[Index(begin)], contacts[Index(begin)])) ++begin;
   while (end < shorter - begin &&
-         slots_[Index(count_ - 1 - end)].contact.IsAt(contacts[Index(now - 1 - end)])) {
+         Covers(slots_[Index(count_ - 1 - end)], contacts[Index(now - 1 - end)])) {
     ++end;
   }
   if (slots_.size() < contacts.size()) {
@@ -148,7 +155,9 @@ bool ContactSet::AddUnknowns(ContactSlot* slot) {
     if (!AddUnknown(places, slot)) return false;
   } else {
     for (std::size_t p = 0; p < places.size(); ++p) {
+      const std::size_t before = unknowns_.size();
       if (!AddUnknown(places.subspan(p, 1), slot)) return false;
+      if (slot->is_tool() && unknowns_.size() > before) unknowns_.back().hold = static_cast<int>(p);
     }
   }
   return MarkMoved(*slot);
@@ -223,11 +232,12 @@ bool ContactSet::LiesUnderContacts(const ContactSlot& load) const {
 }
 
 std::string_view SurfaceNodePlaces::Find(const Contact& contact, ContactFootprint* footprint) {
-  const std::string_view refusal = footprints_.OnNodes(contact, footprint);
+  const std::string_view refusal = IsTool(contact) ? footprints_.OnTool(contact, footprint)
+                                                   : footprints_.OnNodes(contact, footprint);
   if (!refusal.empty()) return refusal;
   const auto at = [this](int node) { return place_of_node_[Index(node)]; };
   if (footprint->at.node >= 0 && at(footprint->at.node) < 0) return kInnerNode;
-  if (footprint->places.size() == 3) {  // a point on an edge
+  if (footprint->point && footprint->places.size() == 3) {  // a point on an edge
     std::erase_if(footprint->places, [](const PlaceWeight& p) { return p.weight <= kOnEdge; });
   }
   for (PlaceWeight& touched : footprint->places) touched.place = at(touched.place);

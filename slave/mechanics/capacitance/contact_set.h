@@ -21,7 +21,8 @@ class ContactPlaces {
  public:
   virtual ~ContactPlaces() = default;
 
-  // Finds the places of `contact` from its kind, p_O, element and width; its value is not used.
+  // Finds the places of `contact` from its kind, p_O, element, width and radius; of its value only
+  // the depth of a round tool is used.
   // Returns empty, or the reason why none is found, one clause with static lifetime. Does not
   // allocate if `footprint` has enough capacity. Called only for contacts that changed; the contact
   // is finite.
@@ -52,6 +53,7 @@ struct ContactSlot {
   ContactFootprint footprint;
   int unknown = 0, unknowns = 0;  // in unknowns(); none for loads
   int load = -1;                  // number among the loads; -1: none
+  [[nodiscard]] bool is_tool() const { return !footprint.holds.empty(); }
   // Components that a support fixes somewhere under the contact, everywhere under a load.
   std::array<bool, 3> held{};
   bool on_support = false;  // see kOnSupport (mesh_resolution.h)
@@ -68,8 +70,8 @@ class ContactSet {
         law_(law),
         moved_by_(static_cast<std::size_t>(compliance.places()), 0) {}
 
-  // Ignores the values of the contacts. Looks only for the places of those that changed. kFailed:
-  // the set is cleared, failure() is the reason.
+  // Ignores the values of the contacts, except a round tool that is deeper than before. Looks only
+  // for the places of those that changed. kFailed: the set is cleared, failure() is the reason.
   Outcome Update(std::span<const Contact> contacts);
   void Forget() { known_ = false; }
 
@@ -98,6 +100,7 @@ class ContactSet {
     for (auto& slot : slots_) {
       slot.footprint.places.reserve(max_places_);
       slot.footprint.arms.reserve(max_places_);
+      slot.footprint.holds.reserve(max_places_);
     }
   }
   bool Number();

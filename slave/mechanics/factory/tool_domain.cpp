@@ -93,17 +93,15 @@ double ThicknessBelow(const SurfaceMesh& mesh, const Eigen::Vector3d& p_O,
   return nearest;
 }
 
-// Returns the largest difference in height of the surface under a disc, along its mean normal.
-double SagittaOf(const SurfaceMesh& surface, const SurfacePlace& place, const Contact& contact) {
-  const DiscPatch patch = PatchAt(surface, place, contact.p_O, contact.width);
-  Eigen::Vector3d normal = Eigen::Vector3d::Zero();
-  for (const int triangle : patch.triangles) {
-    normal += Area(surface, triangle) * Normal(surface, triangle);
-  }
-  normal.stableNormalize();
+// Returns the largest difference in height of the outline under a flat tool, along its chord.
+double SagittaOf(const BoundaryMesh& mesh, int element, const Eigen::Vector2d& p_O, double width) {
+  const std::vector<int> patch = PatchElements(mesh, element, p_O, width);
+  if (patch.empty()) return 0;
+  const Eigen::Vector2d from = mesh.elements[Index(patch.front())].a,
+                        chord = mesh.elements[Index(patch.back())].b - from;
   double low = 0, high = 0;
-  for (const int node : patch.nodes) {
-    const double height = normal.dot(surface.nodes[Index(node)] - contact.p_O);
+  for (const int e : patch) {
+    const double height = Cross(chord, mesh.elements[Index(e)].b - from) / chord.norm();
     low = std::min(low, height);
     high = std::max(high, height);
   }
@@ -168,12 +166,12 @@ ToolDomain::ToolDomain(const Scene& scene, const Tool& tool, const ObjectMesh& m
     flag_reason_ = !tool.depth ? kExtentUnknown : thick ? kNeitherThinNorThick : kExtentTooSmall;
   }
   if (std::holds_alternative<BoundaryMesh>(mesh) && !is_plane) {
+    is_glued_ = true;
     if (error_ > scene.model.tolerance) flag_reason_ = kExtrudedMesh;
     const double T = ThicknessOf(scene.object.geometry);
     if (tool.depth != scene.tool->depth) flag_reason_ = kOtherExtent;
     if (std::min(tool.depth.value_or(T), T) < kMinExtent * tool.width) flag_reason_ = kShortExtent;
   }
-  is_glued_ = !ShapesTool(scene);
   const bool has_four_nodes =
       KindOf(scene).has_tets && scene.model.fem.element == FemOptions::Element::kTet4;
   locks_ = has_four_nodes && scene.object.material.poisson_ratio >= kLocks;
@@ -195,8 +193,9 @@ std::string_view ToolDomain::FlagOnBody(const Contact& contact) const {
     if (element < 0) return {};
     const Eigen::Vector2d inward = -outline_.elements[Index(element)].normal();
     const double depth = contact.prescribed_O.head<2>().dot(inward);
-    return depth > deepest_ * ThicknessBelow(outline_, p_O, inward) ? kDeepInThickness
-                                                                    : std::string_view();
+    if (depth > deepest_ * ThicknessBelow(outline_, p_O, inward)) return kDeepInThickness;
+    const double sagitta = is_glued_ ? SagittaOf(outline_, element, p_O, contact.width) : 0;
+    return depth > 0 && depth < kDepthPerSagitta * sagitta ? kFlatOnCurved : std::string_view();
   }
   if (surface_.triangles.empty()) return {};
   const auto place = FindPlace(surface_, contact.p_O);
@@ -205,11 +204,8 @@ std::string_view ToolDomain::FlagOnBody(const Contact& contact) const {
   const double depth = contact.prescribed_O.dot(inward);
   if (!(depth > 0)) return {};
   const double near = kNear * LargerSide(surface_.nodes);
-  if (depth > deepest_ * ThicknessBelow(surface_, contact.p_O, inward, near))
-    return kDeepInThickness;
-  const bool is_face = is_flat_ && is_glued_ && contact.width > 0;
-  return is_face && depth < kDepthPerSagitta * SagittaOf(surface_, *place, contact)
-             ? kFlatOnCurved
+  return depth > deepest_ * ThicknessBelow(surface_, contact.p_O, inward, near)
+             ? kDeepInThickness
              : std::string_view();
 }
 

@@ -30,10 +30,9 @@
 // no face, so it has no such domain.
 //
 // Every body. A tool reaches at most kDeepest of the thickness below it: deeper, small strains and
-// the corotational law are a quarter off. With a law for large strains that is kDeepestByLaw. A
-// model that moves the nodes under a flat tool as a whole lets it take the shape of the surface. A
-// volume is within a tenth only from kDepthPerSagitta times the height of that surface under the
-// tool on.
+// the corotational law are a quarter off. With a law for large strains that is kDeepestByLaw. The
+// tool of `extruded` takes the shape of the outline, so it must be kDepthPerSagitta times as deep
+// as the outline under it is high.
 #pragma once
 
 #include <string_view>
@@ -68,14 +67,17 @@ inline constexpr std::string_view kMeshError =
     "the error of the mesh under the tool is beyond model.tolerance: use smaller elements there";
 inline constexpr std::string_view kDeepInThickness =
     "the tool is too deep for the object's thickness there";
+
 inline constexpr std::string_view kFlatOnCurved =
-    "the flat tool is not deep enough in this curved surface: the model lets it take its shape";
+    "the flat tool is not deep enough in this curved outline: the model lets it take its shape";
 
 // Of the thickness [-]. [measured: corotational against neo-Hookean, 24 % low at a fifth of the
 // height and nu = 0.45] [by definition, for laws of large strains]
 inline constexpr double kDeepest = 0.2, kDeepestByLaw = 0.5;
-// Depth relative to the height [-]. [measured: a disc of 18 mm on a cap of 45 mm: 15 to 22 % too
-// stiff at 3.3, 32 to 40 % at 2.2]
+
+// Depth relative to the height of the outline under a flat tool, which `extruded` glues to it [-].
+// [measured: a glued disc of 18 mm on a cap of 45 mm: 15 to 22 % too stiff at 3.3, 32 to 40 %
+// at 2.2]
 inline constexpr double kDepthPerSagitta = 5;
 
 struct OutlineSize {
@@ -121,9 +123,9 @@ class ToolDomain {
   double tolerance_ = 0;  // [-]
   PlatePress plate_;      // under a rigid flat tool; radius 0: none
   bool is_flat_ = true;
+  bool is_glued_ = false;  // the outline under a flat tool moves as a whole
   double deepest_ = kDeepest;
-  bool locks_ = false;    // four-node elements from kLocks on
-  bool is_glued_ = true;  // the nodes under a flat tool move as a whole
+  bool locks_ = false;  // four-node elements from kLocks on
   BoundaryMesh outline_;  // of the body; empty: another object
   SurfaceMesh surface_;
 };

@@ -5,24 +5,16 @@
 #include <stdexcept>
 #include <variant>
 
-#include "shared/mesh/disc_patch.h"
+#include "shared/text/text.h"
 #include "slave/mechanics/factory/make_model.h"
-#include "slave/mesh/boundary_patch.h"
-#include "slave/mesh/index.h"
 
 namespace palpate {
 namespace {
-
-using Eigen::Vector3d;
 
 // Largest ring radius relative to l: the deflection under its load differs by 2 % from that of a
 // point: c^2 (1 + 2 ln(l / c)) / l^2. [derived]
 constexpr double kWidestRing = 0.06;
 constexpr double kDeepestSink = 0.02;  // of the deflection
-
-bool HasMiddles(const Scene& scene, const ModelKind& kind) {
-  return kind.has_tets && scene.model.fem.element == FemOptions::Element::kTet10;
-}
 
 }  // namespace
 
@@ -32,7 +24,6 @@ bool IsTouchedRound(const Scene& scene) {
 
 ToolPress::ToolPress(const Scene& scene, const Tool& tool, const ObjectMesh& mesh)
     : domain_(scene, tool, mesh), is_rigid_face_(tool.IsRigidFace()) {
-  const ModelKind& kind = KindOf(scene);
   if (tool.shape != Tool::Shape::kRound || ShapesTool(scene)) return;
   if (MovesInTime(scene)) {
     throw std::invalid_argument(
@@ -45,28 +36,8 @@ ToolPress::ToolPress(const Scene& scene, const Tool& tool, const ObjectMesh& mes
     plate_ = {disc.radius, modulus * std::pow(disc.thickness, 3) / 12, modulus, tool.radius};
     return;
   }
-  std::vector<TouchablePlace> places;
-  if (const auto* outline = std::get_if<BoundaryMesh>(&mesh)) {
-    outline_ = *outline;
-    places = TouchablePlaces(outline_);
-  } else {
-    surface_ = SurfaceOf(mesh);
-    places = HasMiddles(scene, kind) ? TouchableMiddles(surface_) : TouchableNodes(surface_);
-  }
-  indenter_.emplace(std::move(places), tool.radius, scene.model.contact);
-}
-
-Vector3d ToolPress::NormalAt(const Contact& contact) const noexcept {
-  if (surface_.triangles.empty()) {
-    const int element =
-        contact.element >= 0 ? contact.element : FindElement(outline_, contact.p_O.head<2>());
-    if (element < 0) return Vector3d::Zero();
-    const Eigen::Vector2d n = outline_.elements[Index(element)].normal();
-    return {n.x(), n.y(), 0};
-  }
-  if (contact.element >= 0) return Normal(surface_, contact.element);
-  const auto place = FindPlace(surface_, contact.p_O);
-  return place ? Normal(surface_, place->triangle) : Vector3d(Vector3d::Zero());
+  RequirePositive("radius", tool.radius);
+  radius_ = tool.radius;
 }
 
 ContactResponse ToolPress::Press(const Contact& contact, DeformationModel* model,
@@ -80,13 +51,9 @@ ContactResponse ToolPress::Press(const Contact& contact, DeformationModel* model
 
 ContactResponse ToolPress::Answer(const Contact& contact, DeformationModel* model,
                                   Solution* solution) noexcept {
-  if (indenter_) {
-    const Vector3d n = NormalAt(contact);
-    if (n.isZero(0)) return {};
-    return indenter_->Press({contact.p_O, n, contact.prescribed_O}, model, solution);
-  }
   Contact touch = contact;
-  if (plate_) touch.width = 0;
+  touch.radius = radius_;
+  if (plate_ || radius_ > 0) touch.width = 0;
   model->Solve({&touch, 1}, solution);
   ContactResponse response = solution->responses().front();
   if (plate_) CheckPoint(&response);

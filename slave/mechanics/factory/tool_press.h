@@ -2,7 +2,7 @@
 // tool has the same shape in all of them, with any kind of model.
 //
 //   flat     a contact of the tool's width, on plates a rigid face or an even load
-//   round    bem2d, fem, fem-green: a contact that grows with the depth (RoundIndenter)
+//   round    bem2d, fem, fem-green: a contact that grows with the depth (Contact::radius)
 //            plate, plate-large: a point, see kPointOnPlate
 //   fem computes other shapes, and tools that slip, itself (tool_contact.h)
 #pragma once
@@ -11,7 +11,6 @@
 
 #include "slave/mechanics/deformation_model.h"
 #include "slave/mechanics/factory/tool_domain.h"
-#include "slave/mechanics/indenter/round_indenter.h"
 #include "slave/mechanics/object_mesh.h"
 #include "slave/scene/scene.h"
 
@@ -33,26 +32,22 @@ inline constexpr std::string_view kPointOnPlate =
 class ToolPress {
  public:
   // The scene's model presses `tool`, which is flat or round, or the scene's where ShapesTool.
-  // Throws std::invalid_argument: see RoundIndenter; a round tool with a model in time.
+  // Throws std::invalid_argument: a round tool without a radius, or with a model in time.
   ToolPress(const Scene& scene, const Tool& tool, const ObjectMesh& mesh);
 
   // Computes a press: the tool's centre first touches at `contact.p_O` and has moved by
   // `contact.prescribed_O` since. `contact.width` is used for flat tools only. `solution`: the
-  // contacts of the model, one or, of a growing contact, each place that is touched. kFailed
-  // without a surface there.
+  // model's. kFailed without a surface there.
   [[nodiscard]] ContactResponse Press(const Contact& contact, DeformationModel* model,
                                       Solution* solution) noexcept;
 
  private:
   [[nodiscard]] ContactResponse Answer(const Contact& contact, DeformationModel* model,
                                        Solution* solution) noexcept;
-  [[nodiscard]] Eigen::Vector3d NormalAt(const Contact& contact) const noexcept;
   void CheckPoint(ContactResponse* response) const noexcept;
 
   ToolDomain domain_;
-  BoundaryMesh outline_;  // of a planar object under a growing contact, else empty
-  SurfaceMesh surface_;   // of a volume
-  std::optional<RoundIndenter> indenter_;
+  double radius_ = 0;  // of a tool whose contact grows [m]; 0: another tool
   bool is_rigid_face_ = false;
   struct Plate {
     double radius = 0, rigidity = 0;  // a [m], D [N m]

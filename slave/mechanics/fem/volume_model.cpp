@@ -28,7 +28,8 @@ constexpr double kMomentSpread = 0.5;
 
 VolumeModel::VolumeModel(const SolidMesh& mesh, const HeldNodes& held, const Traits& traits)
     : traits_(traits),
-      contacts_(mesh, traits.nodes_per_element, held, traits.length_unit, traits.force_unit),
+      contacts_(mesh, traits.nodes_per_element, held, traits.length_unit, traits.force_unit,
+                traits.finds_tools),
       // If the pressure is a separate unknown, only bending is evaluated.
       strain_(MakeTetMesh(mesh, traits.nodes_per_element, traits.length_unit),
               traits.has_pressure ? HeldNodes{} : held,
@@ -105,6 +106,11 @@ bool VolumeModel::FillResponses(std::span<const Contact> contacts,
 std::string_view VolumeModel::FlagReasonOfPlace(std::size_t contact, const Contact& at,
                                                 const ContactResponse& response) const {
   const fem::ToolContact* tool = ToolOf(contact);
+  if (tool == nullptr && !places()[contact].holds.empty()) {
+    if (!settles()) return kNotSettled;
+    return contacts_.TouchesFew(contact, Touching(contact), response) ? kFewTouched
+                                                                     : std::string_view();
+  }
   if (tool == nullptr) {
     if (locks() && at.width == 0) return kLocking;
     if (contacts_.IsCoarse(contact, response)) return kCoarsePatch;
@@ -223,6 +229,7 @@ ContactResponse VolumeModel::ResponseOf(std::size_t contact, const Contact& at) 
     response.force_O.setZero();
     for (std::size_t i = 0; i < place.nodes.size(); ++i) response.force_O += force_at(i);
   }
+  if (!place.holds.empty()) response.touching = Touching(contact);
   SetMoment(place.arms, at.width, force_at, &response);
   return response;
 }

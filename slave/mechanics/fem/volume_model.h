@@ -41,6 +41,7 @@ class VolumeModel : public DeformationModel {
     double poisson_ratio = 0;
     bool has_pressure = false;  // whether the pressure is a separate unknown
     bool is_dynamic = false;
+    bool finds_tools = false;   // see VolumeContacts
     bool weighs = false;  // gravity acts
     double range = 0;     // largest |displacement| [length units] before `extrapolated`; 0: none
     double step = 0;      // of time [s]; 0: static
@@ -76,6 +77,10 @@ class VolumeModel : public DeformationModel {
   [[nodiscard]] virtual const fem::ToolContact* ToolOf(std::size_t /*contact*/) const {
     return nullptr;
   }
+  // Of a tool whose nodes the model finds itself (ContactPlace::holds): the nodes that it touches,
+  // and whether it is settled which they are.
+  [[nodiscard]] virtual int Touching(std::size_t /*contact*/) const { return 0; }
+  [[nodiscard]] virtual bool settles() const { return true; }
   // The answer depends on the path of the contacts, as with friction. A query that fails then
   // leaves the contacts where they were accepted last.
   [[nodiscard]] virtual bool follows_path() const { return false; }

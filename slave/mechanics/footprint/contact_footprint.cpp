@@ -10,6 +10,7 @@
 
 #include <Eigen/Geometry>
 
+#include "slave/mechanics/footprint/rim_share.h"
 #include "slave/mesh/index.h"
 
 namespace palpate {
@@ -24,6 +25,12 @@ constexpr double kSameSide = 0.5;  // cosine of the angle between normals
 constexpr double kOnEdge = 1e-9;   // barycentric weight
 constexpr double kWider = 1.15;    // ratio of successive trial discs
 constexpr double kPlane = 0.01;    // of a disc's area and rim
+constexpr double kDeeper = 1.25;   // than the depth: more places than a round tool touches
+// Nodes under a rigid tool below which its force is flagged. [measured: rim_share.h; a sphere's
+// force changes by a tenth with one node more or less]
+constexpr std::size_t kFewestUnderTool = 6, kFewestUnderTool10 = 26, kFewestUnderSphere = 8;
+
+constexpr std::string_view kNoNormal = "the surface has no normal there";
 
 constexpr std::string_view kNoPlace =
     "no surface is there: the distance is more than half the longest edge of the nearest triangle";
@@ -168,18 +175,10 @@ void SurfaceFootprints::FindDisc(const Contact& contact, PatchBasis basis,
   const PatchCover cover = CoverOf(patch_, basis);
   footprint->patch_error = PatchError(cover);
   if (held_.empty() || !may_widen_) return;
-  if (footprint->patch_error == 0) return CorrectWidth(contact.width, cover, footprint);
+  if (footprint->patch_error == 0) return;
   if (!FindWiderDisc(contact, basis, footprint)) {
     FindPatch(footprint->at, contact.p_O, contact.width);
   }
-}
-
-// The places of a displacement; a load's displacement is their mean, whose error is another one.
-void SurfaceFootprints::CorrectWidth(double width, const PatchCover& cover,
-                                     ContactFootprint* footprint) {
-  if (cover.basis != PatchBasis::kMovedNodes && cover.basis != PatchBasis::kMovedNodes10) return;
-  if (!IsWholeAndPlane(width) || HoldsPatch()) return;
-  footprint->narrower = 2 / width * (1 - 1 / PatchStiffness(cover));
 }
 
 // Searches from the first width that may contain three pieces.
@@ -271,12 +270,150 @@ void SurfaceFootprints::SetArms(const Contact& contact, const PositionOf& at,
   CentreArms(patch_.disc, weight, &footprint->arms);
 }
 
+Vector3d SurfaceFootprints::AxisAt(const SurfacePlace& place) const {
+  const Vector3d& facing = normals_[Index(place.triangle)];
+  const auto& corners = surface_.triangles[Index(place.triangle)];
+  Vector3d sum = Vector3d::Zero();
+  for (int v = 0; v < 3; ++v) {
+    Vector3d at_corner = Vector3d::Zero();
+    for (const int t : TrianglesOf(corners[Index(v)])) {
+      if (normals_[Index(t)].dot(facing) >= kSameSide)
+        at_corner += areas_[Index(t)] * normals_[Index(t)];
+    }
+    sum += place.weights[v] * at_corner.stableNormalized();
+  }
+  return sum.stableNormalized();
+}
+
+double SurfaceFootprints::PartRadiusOf(int node, const Vector3d& axis) const {
+  double area = 0;
+  for (const int t : TrianglesOf(node)) {
+    const double facing = normals_[Index(t)].dot(axis);
+    if (facing >= kSameSide) area += facing * areas_[Index(t)] / 3;
+  }
+  return PartRadius(area);
+}
+
+void SurfaceFootprints::HoldUnder(const Contact& contact, double width,
+                                  ContactFootprint* footprint) {
+  const Vector3d& axis = footprint->normal_O;
+  footprint->places.clear();
+  footprint->holds.clear();
+  ++patches_;
+  for (const int t : searched_) {
+    for (const int node : surface_.triangles[Index(t)]) {
+      if (std::exchange(seen_[Index(node)], patches_) == patches_) continue;
+      const Vector3d from = surface_.nodes[Index(node)] - contact.p_O;
+      const double height = axis.dot(from), part_radius = PartRadiusOf(node, axis);
+      const double share = ShareUnderDisc(width / 2, part_radius, (from - height * axis).norm());
+      if (share < kLeastShare) continue;
+      footprint->places.push_back({node, share});
+      footprint->holds.push_back({std::max(0.0, -height), share, part_radius});
+    }
+  }
+}
+
+// The surface is searched from the place outwards, as far as the tool reaches it.
+void SurfaceFootprints::HoldUnderSphere(const Contact& contact, ContactFootprint* footprint) {
+  const Vector3d& axis = footprint->normal_O;
+  const double R = contact.radius, depth = -axis.dot(contact.prescribed_O);
+  footprint->depth = kDeeper * std::max(depth, 0.0);
+  ++patches_;
+  searched_.clear();
+  const auto reach_around = [&](int node) {
+    for (const int t : TrianglesOf(node)) {
+      if (std::exchange(reached_[Index(t)], patches_) == patches_) continue;
+      if (normals_[Index(t)].dot(axis) > 0) searched_.push_back(t);
+    }
+  };
+  for (const int node : surface_.triangles[Index(footprint->at.triangle)]) reach_around(node);
+  double nearest = std::numeric_limits<double>::infinity();
+  for (std::size_t next = 0; next < searched_.size(); ++next) {
+    for (const int node : surface_.triangles[Index(searched_[next])]) {
+      if (std::exchange(seen_[Index(node)], patches_) == patches_) continue;
+      const Vector3d from = surface_.nodes[Index(node)] - contact.p_O;
+      const double height = axis.dot(from), rho2 = (from - height * axis).squaredNorm();
+      if (!(rho2 < R * R)) continue;
+      const double gap = std::max(0.0, rho2 / (R + std::sqrt(R * R - rho2)) - height);
+      const bool is_nearest = gap < nearest;
+      if (gap > footprint->depth && !is_nearest) continue;
+      if (is_nearest && nearest > footprint->depth) {  // the former one is not within reach
+        footprint->places.clear();
+        footprint->holds.clear();
+      }
+      nearest = std::min(nearest, gap);
+      footprint->places.push_back({node, 1});
+      footprint->holds.push_back({gap, 1, 0});
+      if (gap <= footprint->depth) reach_around(node);
+    }
+  }
+}
+
+// Like FindWiderDisc, for a tool.
+void SurfaceFootprints::WidenTool(const Contact& contact, ContactFootprint* footprint) {
+  Vector3d p_O = Vector3d::Zero();
+  const auto& corners = surface_.triangles[Index(footprint->at.triangle)];
+  for (int v = 0; v < 3; ++v) {
+    p_O += footprint->at.weights[v] * surface_.nodes[Index(corners[Index(v)])];
+  }
+  const double thickness = ThicknessAt(footprint->at, p_O);
+  for (double width = kWider * contact.width; width <= thickness; width *= kWider) {
+    FindPatch(footprint->at, p_O, width);
+    if (!IsWholeAndPlane(width) || HoldsPatch()) break;
+    HoldUnder(contact, width, footprint);
+    if (footprint->places.size() < footprint->fewest) continue;
+    footprint->patch_error = 0;
+    footprint->reach = width / 2;
+    footprint->narrower = 2 / contact.width - 2 / width;
+    return;
+  }
+  FindPatch(footprint->at, contact.p_O, contact.width);
+  HoldUnder(contact, contact.width, footprint);
+}
+
+std::string_view SurfaceFootprints::OnTool(const Contact& contact, ContactFootprint* footprint) {
+  const auto at = Find(contact);
+  if (!at) return kNoPlace;
+  footprint->at = *at;
+  footprint->places.clear();
+  footprint->holds.clear();
+  footprint->arms.clear();
+  footprint->point = false;
+  footprint->patch_error = footprint->reach = footprint->narrower = 0;
+  footprint->normal_O = AxisAt(*at);
+  footprint->fewest = quarters_ ? kFewestUnderTool10 : kFewestUnderTool;
+  if (footprint->normal_O.isZero(0)) return kNoNormal;
+  if (contact.radius > 0) {
+    footprint->fewest = kFewestUnderSphere;
+    HoldUnderSphere(contact, footprint);
+  } else {
+    FindPatch(*at, contact.p_O, contact.width);
+    HoldUnder(contact, contact.width, footprint);
+    const bool is_coarse = footprint->places.size() < footprint->fewest;
+    if (is_coarse && !held_.empty() && may_widen_) WidenTool(contact, footprint);
+  }
+  double whole = 0;
+  for (const PlaceWeight& touched : footprint->places) whole += touched.weight;
+  for (PlaceWeight& touched : footprint->places) touched.weight /= whole;
+  if (contact.radius > 0) {
+    for (const PlaceWeight& touched : footprint->places) {
+      footprint->arms.push_back(surface_.nodes[Index(touched.place)] - contact.p_O);
+    }
+  } else {
+    SetArms(
+        contact, [this](int node) -> const Vector3d& { return surface_.nodes[Index(node)]; },
+        footprint);
+  }
+  return {};
+}
+
 std::string_view SurfaceFootprints::OnNodes(const Contact& contact, ContactFootprint* footprint) {
   const auto at = Find(contact);
   if (!at) return kNoPlace;
   footprint->at = *at;
   footprint->places.clear();
   footprint->arms.clear();
+  footprint->holds.clear();
   footprint->point = true;
   footprint->normal_O = NormalAt(*at);
   const auto node_at = [this](int node) -> const Vector3d& { return surface_.nodes[Index(node)]; };
@@ -311,6 +448,7 @@ std::string_view SurfaceFootprints::OnTriangles(const Contact& contact, ContactF
                                                 PatchBasis basis) {
   footprint->places.clear();
   footprint->arms.clear();
+  footprint->holds.clear();
   footprint->point = true;
   footprint->patch_error = footprint->reach = footprint->narrower = 0;
   const int triangles = static_cast<int>(surface_.triangles.size());

@@ -30,6 +30,30 @@ struct PlaceWeight {
   double weight = 0;  // share [-]
 };
 
+// Whether a contact is a rigid tool, not a node, point or element that is moved, or a load.
+inline bool IsTool(const Contact& contact) {
+  return contact.kind == Contact::Kind::kDisplacement && (contact.width > 0 || contact.radius > 0);
+}
+
+// How a rigid tool touches one of its places.
+struct ToolHold {
+  double gap = 0;          // to the tool, along its axis, when it touches at its position [m]
+  double share = 1;        // of the place's part of the surface under a flat face, see rim_share.h
+  double part_radius = 0;  // of that part as a disc [m]; on an outline not used
+};
+
+inline constexpr std::string_view kFewTouched =
+    "the tool touches too few nodes or elements: press more deeply, or use more of them there";
+inline constexpr std::string_view kNotSettled = "it is not settled which places touch the tool";
+// Estimated relative error of the compliance under a tool that touches `touching` places; below
+// `fewest` it is flagged [-]. [measured: mesh_resolution.cpp]
+inline double FewTouchedError(std::size_t touching, std::size_t fewest, bool is_round) noexcept {
+  constexpr std::size_t kNoDisc = 3;
+  constexpr double kFewOff = 0.2;
+  if (touching >= fewest) return 0;
+  return is_round || touching < kNoDisc ? 1 : kFewOff;
+}
+
 // The places of one contact.
 //
 // A load's force is distributed by the weights, which sum to one, and the reported displacement is
@@ -43,11 +67,15 @@ struct ContactFootprint {
   std::vector<Eigen::Vector3d> arms;
   bool point = true;                  // at most kMaxPointPlaces places
   Eigen::Vector3d normal_O{0, 0, 0};  // outward, unit; the direction of frictionless contacts
-  double patch_error = 0;             // PatchError (mesh_resolution.h)
+  // Of a rigid tool, which touches its places one by one: one entry per place. Empty: all places
+  // have the contact's displacement.
+  std::vector<ToolHold> holds;
+  double depth = 0;        // of a round tool: up to it no other places are touched [m]
+  double patch_error = 0;  // PatchError (mesh_resolution.h)
+  std::size_t fewest = 0;  // places under a tool below which its force is flagged
   // If the places represent a wider disc (SurfaceFootprints): its radius [m]; else 0.
   // `narrower`: the additional compliance of the contact's true disc in terms of DiscCompliance /
-  // E: 1 / radius minus that of a disc as compliant as the places [1/m]. It is negative if the
-  // places are more compliant.
+  // E: 1 / radius minus that of the places [1/m].
   double reach = 0, narrower = 0;
   SurfacePlace at;    // surface point at the contact's centre
   int triangle = -1;  // its triangle in the linear surface of a volume (VolumeFootprints); else -1
@@ -97,6 +125,10 @@ class SurfaceFootprints {
                              bool quarters = false);
   void MayWiden(bool may) { may_widen_ = may; }
 
+  // The nodes that a rigid tool may touch: a moved contact with a width or a radius. Those under a
+  // flat face have their share of it. Others have a gap less than the depth at which a round tool
+  // is, and somewhat more.
+  std::string_view OnTool(const Contact& contact, ContactFootprint* footprint);
   // A contact moves a node, a point between three nodes, or all nodes of a disc equally. A load
   // acts on a node, on three nodes by their barycentric weights, or uniformly on the triangles of a
   // disc, a third of each triangle's share per node. A point has the three nodes of its triangle,
@@ -118,6 +150,15 @@ class SurfaceFootprints {
                                                        const Eigen::Vector3d& p_O) const;
   // Mean of the normals of the triangles there, unit; zero where they cancel.
   [[nodiscard]] Eigen::Vector3d NormalAt(const SurfacePlace& place) const;
+  // The same, interpolated between the nodes: the axis of a tool.
+  [[nodiscard]] Eigen::Vector3d AxisAt(const SurfacePlace& place) const;
+  // Adds the nodes of searched_ that a flat face of this width has a share of.
+  void HoldUnder(const Contact& contact, double width, ContactFootprint* footprint);
+  void HoldUnderSphere(const Contact& contact, ContactFootprint* footprint);
+  // Radius of a node's part of the surface that faces `axis`, as a disc [m].
+  [[nodiscard]] double PartRadiusOf(int node, const Eigen::Vector3d& axis) const;
+  // Makes a flat tool that has too few nodes wider.
+  void WidenTool(const Contact& contact, ContactFootprint* footprint);
   // Collects connected triangles of the same orientation around the place. A part of the surface
   // beyond a gap or a step is not touched.
   void FindPatch(const SurfacePlace& place, const Eigen::Vector3d& p_O, double width);
@@ -125,9 +166,6 @@ class SurfaceFootprints {
   bool AddShare(int triangle, const Eigen::Vector3d& p_O, double radius);
   // FindPatch, and whether the mesh follows it.
   void FindDisc(const Contact& contact, PatchBasis basis, ContactFootprint* footprint);
-  // Sets `narrower` by the estimated stiffness of the places, for a tool on a flat part of the
-  // mesh.
-  void CorrectWidth(double width, const PatchCover& cover, ContactFootprint* footprint);
   bool FindWiderDisc(const Contact& contact, PatchBasis basis, ContactFootprint* footprint);
   [[nodiscard]] bool IsWholeAndPlane(double width) const;
   [[nodiscard]] bool HoldsPatch() const;

@@ -19,12 +19,13 @@ constexpr std::size_t kTextSize = 240;  // of a failure
 }  // namespace
 
 VolumeContacts::VolumeContacts(const SolidMesh& mesh, int nodes_per_element, const HeldNodes& held,
-                               double length_unit, double force_unit)
+                               double length_unit, double force_unit, bool finds_tools)
     : mesh_(MakeTetMesh(mesh, nodes_per_element, 1)),
       held_(HeldWithMiddles(mesh_, held)),
       used_(mesh_.nodes.size(), false),
       length_unit_(length_unit),
       force_unit_(force_unit),
+      finds_tools_(finds_tools),
       footprints_(mesh_, 1, {}) {
   for (const int node : mesh_.connectivity) used_[Index(node)] = true;
   failure_.reserve(kTextSize);
@@ -45,7 +46,7 @@ bool VolumeContacts::Prepare(std::span<const Contact> contacts) {
   for (std::size_t k = 0; k < contacts.size(); ++k) {
     const std::string_view wrong = FindSizes(contacts[k]);
     if (!wrong.empty()) return Refuse(k, wrong);
-    if (k < known && contacts_[k].IsAt(contacts[k])) continue;
+    if (k < known && IsKnown(k, contacts[k])) continue;
     const auto moves = Contact::Kind::kDisplacement;
     const bool holds = contacts[k].kind == moves || (k < known && contacts_[k].kind == moves);
     change_ = holds || change_ == Change::kHolds ? Change::kHolds : Change::kLoads;
@@ -61,9 +62,18 @@ bool VolumeContacts::Prepare(std::span<const Contact> contacts) {
   return true;
 }
 
+// Returns whether the places are also those of `now`: a round tool may have become deeper.
+bool VolumeContacts::IsKnown(std::size_t contact, const Contact& now) const {
+  if (!contacts_[contact].IsAt(now)) return false;
+  const ContactPlace& place = places_[contact];
+  return place.holds.empty() || now.radius == 0 ||
+         -place.axis_O.dot(now.prescribed_O) <= place.depth;
+}
+
 std::string_view VolumeContacts::FindSizes(const Contact& contact) const {
   if (!contact.p_O.allFinite() || !contact.prescribed_O.allFinite() ||
-      !std::isfinite(contact.width) || contact.width < 0) {
+      !std::isfinite(contact.width) || contact.width < 0 || !std::isfinite(contact.radius) ||
+      contact.radius < 0) {
     return "a number is not finite, or the width is negative";
   }
   const bool force = contact.kind == Contact::Kind::kForce;
@@ -73,8 +83,14 @@ std::string_view VolumeContacts::FindSizes(const Contact& contact) const {
 }
 
 std::string_view VolumeContacts::Find(const Contact& contact, ContactPlace* place) {
-  const std::string_view refusal = footprints_.OnNodes(contact, &footprint_);
+  const bool is_tool = finds_tools_ && IsTool(contact);
+  const std::string_view refusal = is_tool ? footprints_.OnTool(contact, &footprint_)
+                                           : footprints_.OnNodes(contact, &footprint_);
   if (!refusal.empty()) return refusal;
+  place->axis_O = footprint_.normal_O;
+  place->depth = footprint_.depth;
+  place->fewest = footprint_.fewest;
+  place->holds = footprint_.holds;
   const bool holds = contact.kind == Contact::Kind::kDisplacement;
   place->is_point = footprint_.point && footprint_.places.size() > 1;
   place->patch_error = footprint_.patch_error;

@@ -21,6 +21,12 @@ struct ContactPlace {
   std::vector<PlaceWeight> nodes;
   // True: a displacement is that of the weighted mean of the nodes; false: it is that of each node.
   bool is_point = false;
+  // Of a rigid tool whose nodes touch one by one: its axis and, per node, how it is touched. Else
+  // empty.
+  Eigen::Vector3d axis_O{0, 0, 0};
+  std::vector<ToolHold> holds;
+  double depth = 0;                   // of a round tool, see ContactFootprint [m]
+  std::size_t fewest = 0;             // see ContactFootprint
   std::vector<Eigen::Vector3d> arms;  // of a disc, see ContactFootprint [m]; else empty
   double patch_error = 0;             // PatchError (mesh_resolution.h)
   bool on_support = false;            // see kOnSupport (mesh_resolution.h)
@@ -29,9 +35,10 @@ struct ContactPlace {
 // Stores the last set, so that unchanged contacts are not searched again.
 class VolumeContacts {
  public:
-  // `held`: per node of `mesh`. A force unit is E times a length unit squared [N].
+  // `finds_tools`: the nodes of a rigid tool are those that it may touch one by one, else those of
+  // a disc. `held`: per node of `mesh`. A force unit is E times a length unit squared [N].
   VolumeContacts(const SolidMesh& mesh, int nodes_per_element, const HeldNodes& held,
-                 double length_unit, double force_unit);
+                 double length_unit, double force_unit, bool finds_tools = false);
 
   // Difference from the last set: none, only loads, or prescribed displacements.
   enum class Change { kNone, kLoads, kHolds };
@@ -49,12 +56,23 @@ class VolumeContacts {
     return IsContactCoarse(places_[contact].patch_error, young_modulus * contacts_[contact].width,
                            response.force_O, response.displacement_O);
   }
+  // The same for the nodes that a tool touches.
+  [[nodiscard]] bool TouchesFew(std::size_t contact, int touching,
+                                const ContactResponse& response) const {
+    const double young_modulus = force_unit_ / (length_unit_ * length_unit_);
+    const Contact& at = contacts_[contact];
+    const double error =
+        FewTouchedError(static_cast<std::size_t>(touching), places_[contact].fewest, at.radius > 0);
+    return IsContactCoarse(error, young_modulus * at.width, response.force_O,
+                           response.displacement_O);
+  }
   [[nodiscard]] std::string_view failure() const { return failure_; }
   // Forgets the last set.
   void Forget() { ready_ = false; }
 
  private:
   bool Refuse(std::size_t contact, std::string_view why);
+  [[nodiscard]] bool IsKnown(std::size_t contact, const Contact& now) const;
   [[nodiscard]] std::string_view FindSizes(const Contact& contact) const;
   std::string_view Find(const Contact& contact, ContactPlace* place);
   [[nodiscard]] int Overlapping(std::span<const Contact> contacts);
@@ -63,6 +81,7 @@ class VolumeContacts {
   HeldNodes held_;  // including mid-edge nodes; nodes without element count as fixed
   std::vector<bool> used_;
   double length_unit_, force_unit_;
+  bool finds_tools_;
   VolumeFootprints footprints_;
   ContactFootprint footprint_;  // scratch
   std::vector<Contact> contacts_;

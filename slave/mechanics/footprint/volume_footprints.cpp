@@ -38,6 +38,14 @@ std::string_view VolumeFootprints::OnNodes(const Contact& contact, ContactFootpr
   return refusal;
 }
 
+std::string_view VolumeFootprints::OnTool(const Contact& contact, ContactFootprint* footprint) {
+  Contact found = contact;
+  if (is_quadratic()) found.element = QuarterOf(contact);
+  const std::string_view refusal = nodes_.OnTool(found, footprint);
+  if (refusal.empty()) footprint->triangle = footprint->at.triangle / (is_quadratic() ? 4 : 1);
+  return refusal;
+}
+
 // Quarters 0 to 2 hold a corner each, 3 the centre (TetMesh::touch_surface).
 int VolumeFootprints::QuarterOf(const Contact& contact) const {
   const int triangle = contact.element;

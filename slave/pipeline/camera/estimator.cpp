@@ -390,7 +390,7 @@ Eigen::Vector2d Estimator::DirectionAtTouch(const BoundaryPlace& place,
 
 // Returns the distance by which the corner of a tilted flat face touches before its centre [m].
 double Estimator::CornerAhead() const noexcept {
-  if (touch_->indenter) return 0;
+  if (touch_->is_round()) return 0;
   const Eigen::Vector2d &n = press_.place.normal_O, &d = press_.tool.d_O;
   return touch_->reach() * std::abs(d.x() * n.y() - d.y() * n.x());
 }
@@ -441,11 +441,11 @@ void Estimator::SetPressForce(const BoundaryPlace& place, const ContactResponse&
   DetectPuncture(estimate_.depth);
   const Eigen::Isometry3d& X_SO = registration_.X_SO;
   // The depth has an error in pixels, and the force is proportional to it.
-  const double relative = std::hypot(std::hypot(touch_->WidthAt(place).sigma, touch_->RoundSigma()),
+  const double relative = std::hypot(std::hypot(touch_->WidthAt(place).sigma, touch_->RoundSigma(response)),
                                      pixel_tolerance_, plane_error_);
   const double relative_error = relative * response.force_O.norm();
   rules_.SetForce(-(X_SO.linear() * response.force_O),
-                  std::hypot(stiffness * std::hypot(sigma, touch_->FaceGap(place)), relative_error),
+                  std::hypot(stiffness * sigma, relative_error),
                   {response.validity, FailedCheck::kNone, response.flag_reason}, &estimate_);
   std::optional<Eigen::Vector3d> moment = response.moment_O;
   if (moment) {
@@ -489,7 +489,7 @@ LocalModel Estimator::LocalAt(const Eigen::Vector3d& p_S_tip) noexcept {
 bool Estimator::MakePatch(const Eigen::Vector3d& p_S_tip, SurfacePatch* patch) noexcept {
   // Without a patch the plane follows the tool: the contact of a round tool grows with the depth,
   // which no patch describes, and `extruded` would have to prepare every cell.
-  if (!p_S_tip.allFinite() || touch_->indenter || touch_->prepares_places()) return false;
+  if (!p_S_tip.allFinite() || touch_->is_round() || touch_->prepares_places()) return false;
   touch_->probe->Reset();
   const Eigen::Vector3d p_O_tip = registration_.X_SO.inverse() * p_S_tip;
   const int element = touch_->probe->Move(p_O_tip.head<2>()).element;

@@ -24,7 +24,7 @@ constexpr double kDeepens = 0.1;
 bool IndentationForecast::Take(const BoundaryPlace& place, double depth,
                                TouchModel* touch) noexcept {
   const Eigen::Vector3d n = Planar(place.normal_O), t(-n.y(), n.x(), 0);
-  const double unit = touch->indenter ? -depth : touch->mesh.length_unit;
+  const double unit = touch->is_round() ? -depth : touch->mesh.length_unit;
   if (!touch->FieldOf(place, unit * n, &along_n_)) return false;
   // Without friction only the normal component is transmitted.
   const bool slides = touch->law == ContactLaw::kFrictionless;
@@ -45,7 +45,7 @@ void IndentationForecast::Expect(const BoundaryPlace& place,
                                  const Eigen::Isometry3d& X_SO, const CameraView& view,
                                  TouchModel* touch, ObjectRegistrationMonitor* watch) noexcept {
   const bool near = place.gap < kNearDistance * view.pixel();
-  const double depth = touch->indenter ? std::max(-place.gap, kFirst * view.pixel()) : 0;
+  const double depth = touch->is_round() ? std::max(-place.gap, kFirst * view.pixel()) : 0;
   const bool deepens = std::abs(depth - depth_) > kDeepens * depth_;
   if (near && place.element == element_ && !deepens) return;
   element_ = -1;

@@ -1,32 +1,23 @@
 #include "slave/pipeline/camera/tool_width.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <numbers>
 #include <span>
 
 #include "slave/mechanics/object_mesh.h"
-#include "slave/mesh/boundary_patch.h"
 
 namespace palpate {
 namespace {
 
-// Width by which the ends of a patch carry less load, for constant, linear and quadratic elements
-// [elements]. [tuned: tool_width_test, the division does not matter]
-constexpr std::array<double, 3> kEnds{0.28, 0.11, 0.06};
 // Sigma of the remaining error, see tool_width.h: part of the next order in the element length [-].
 // [tuned: tool_width_test, the division does not matter]
 constexpr double kNext = 0.045;
 // Part of the other elements [-]. [tuned: tool_width_test, the division does not matter]
 constexpr double kOfBody = 0.0013;
-// Part in proportion to the correction for the tool [-]. [tuned: tool_width_test, the division does
-// not matter]
-constexpr double kStretched = 0.02;
 // Part in proportion to the correction for the support [-]. [derived: the slope is 1, 0.86 was
 // measured]
 constexpr double kSupported = 0.2;
-constexpr std::size_t kMaxElements = 256;
 
 // Returns ln of the supported length in the mesh relative to the arcs' length on a disc; only whole
 // elements are supported.
@@ -56,10 +47,7 @@ void ToolWidth::Share::Correct(ContactResponse* response) const noexcept {
 }
 
 ToolWidth::ToolWidth(const BoundaryMesh& mesh, const Scene& scene)
-    : mesh_(&mesh),
-      width_(scene.tool->width),
-      ends_(kEnds[static_cast<std::size_t>(scene.model.order)]),
-      support_(width_ > 0 ? SupportOf(mesh, scene) : 0) {}
+    : mesh_(&mesh), width_(scene.tool->width), support_(width_ > 0 ? SupportOf(mesh, scene) : 0) {}
 
 ToolWidth::Share ToolWidth::At(const BoundaryPlace& place, DeformationModel* model) noexcept {
   if (!(width_ > 0) || place.element < 0) return {};
@@ -68,19 +56,6 @@ ToolWidth::Share ToolWidth::At(const BoundaryPlace& place, DeformationModel* mod
     last_ = Find(place, model);
   }
   return last_;
-}
-
-// Returns the number of the patch's elements; 0: too many.
-double ToolWidth::LengthOf(const BoundaryPlace& place, double width) const noexcept {
-  std::array<int, kMaxElements> patch;
-  const int count = PatchElements(*mesh_, place.element, place.p_O, width, patch);
-  if (count > static_cast<int>(patch.size())) return 0;
-  double length = 0;
-  for (int i = 0; i < count; ++i) {
-    length +=
-        mesh_->elements[static_cast<std::size_t>(patch[static_cast<std::size_t>(i)])].length();
-  }
-  return length;
 }
 
 // Returns the compliance along the normal [m/N]; 0: unknown.
@@ -101,16 +76,13 @@ ToolWidth::Share ToolWidth::Find(const BoundaryPlace& place,
                                  DeformationModel* model) const noexcept {
   const double h = mesh_->elements[static_cast<std::size_t>(place.element)].length();
   const double wider = width_ + 2 * h;
-  const double own = LengthOf(place, width_) - ends_ * h, more = LengthOf(place, wider) - ends_ * h;
   const double C = Compliance(place, width_, model), C_more = Compliance(place, wider, model);
-  if (!(own > 0 && more > own && C > C_more && C_more > 0)) return {};
-  const double slope = (C - C_more) / (C * std::log(more / own));  // -d ln C / d ln w
-  const double wanted = std::log(width_ / own);
-  const double compliance = 1 - slope * wanted + slope * support_;
+  if (!(C > C_more && C_more > 0)) return {};
+  const double slope = (C - C_more) / (C * std::log(wider / width_));  // -d ln C / d ln w
+  const double compliance = 1 + slope * support_;
   if (!(compliance > 0)) return {};
   const double next = kNext * (h / width_) * (h / width_);
-  return {1 / compliance, std::hypot(kOfBody, slope * std::hypot(next, kStretched * wanted,
-                                                                 kSupported * support_))};
+  return {1 / compliance, std::hypot(kOfBody, slope * std::hypot(next, kSupported * support_))};
 }
 
 }  // namespace palpate

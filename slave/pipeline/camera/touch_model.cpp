@@ -1,13 +1,12 @@
 #include "slave/pipeline/camera/touch_model.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <utility>
 
+#include "shared/text/text.h"
 #include "slave/mechanics/factory/make_model.h"
 #include "slave/mechanics/object_mesh.h"
-#include "slave/mesh/boundary_patch.h"
 
 namespace palpate {
 namespace {
@@ -39,7 +38,8 @@ TouchModel::TouchModel(const Scene& scene, BoundaryMesh outline,
       prepares_places_(!KindOf(scene).is_plane),
       tool_width_(scene.tool->width) {
   if (scene.tool->shape == Tool::Shape::kRound) {
-    indenter = std::make_unique<RoundIndenter>(TouchablePlaces(mesh), scene.tool->radius, law);
+    RequirePositive("radius", scene.tool->radius);
+    tool_radius_ = scene.tool->radius;
   } else if (!prepares_places_) {
     width_.emplace(mesh, scene);
   }
@@ -79,10 +79,17 @@ ContactResponse TouchModel::Solve(const BoundaryPlace& place, const ToolMotion& 
 
 ContactResponse TouchModel::Answer(const BoundaryPlace& place, const ToolMotion& motion,
                                    Solution* solution) noexcept {
-  if (!indenter) return SolveFlat(place, motion.displacement_O, solution);
-  const ToolIndentation at{Planar(place.p_O), Planar(place.normal_O), motion.displacement_O,
-                           motion.rolled_O};
-  return indenter->Press(at, deformation.get(), solution);
+  if (!is_round()) return SolveFlat(place, motion.displacement_O, solution);
+  // The circle's lowest point is below its centre.
+  const Contact touch{.p_O = Planar(place.p_O) - motion.rolled_O,
+                      .element = place.element,
+                      .prescribed_O = motion.displacement_O,
+                      .radius = tool_radius_};
+  deformation->Solve({&touch, 1}, solution);
+  ContactResponse response = solution->responses().front();
+  // The moment about the point that touched first.
+  if (response.moment_O) *response.moment_O -= motion.rolled_O.cross(response.force_O);
+  return response;
 }
 
 ContactResponse TouchModel::SolveFlat(const BoundaryPlace& place,
@@ -112,31 +119,15 @@ ToolWidth::Share TouchModel::WidthAt(const BoundaryPlace& place) noexcept {
   return width_ ? width_->At(place, deformation.get()) : ToolWidth::Share{};
 }
 
-// The mean of x^2 / 2 R over the width w is w^2 / 24 R; w / R is the angle between the ends of the
-// patch.
-double TouchModel::FaceGap(const BoundaryPlace& place) const noexcept {
-  if (indenter) return 0;
-  std::array<int, 256> patch;
-  const int count =
-      std::min(PatchElements(mesh, place.element, place.p_O, tool_width_, patch), 256);
-  if (count < 2) return 0;
-  const auto normal = [&](int i) {
-    return mesh.elements[static_cast<std::size_t>(patch[static_cast<std::size_t>(i)])].normal();
-  };
-  const double turn = std::acos(std::clamp(normal(0).dot(normal(count - 1)), -1.0, 1.0));
-  return tool_width_ * turn * count / (count - 1) / 24;
-}
-
-double TouchModel::RoundSigma() const noexcept {
-  const auto touched = static_cast<double>(pressed.contacts().size());
-  return indenter && touched > 0 ? kRoundError / touched : 0;
+double TouchModel::RoundSigma(const ContactResponse& response) const noexcept {
+  return is_round() && response.touching > 0 ? kRoundError / response.touching : 0;
 }
 
 double TouchModel::SecantPart(const ContactResponse& response,
                               const BoundaryPlace& place) const noexcept {
   const Eigen::Vector3d n = Planar(place.normal_O);
   const double linear = n.dot(response.stiffness_O * n) * -place.gap;
-  if (!indenter || !(linear > 0)) return 1;
+  if (!(linear > 0)) return 1;
   return std::clamp(-response.force_O.dot(n) / linear, 0.0, 1.0);
 }
 

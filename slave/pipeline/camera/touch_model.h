@@ -11,7 +11,6 @@
 #include "slave/contact/boundary_contact.h"
 #include "slave/mechanics/deformation_model.h"
 #include "slave/mechanics/factory/tool_domain.h"
-#include "slave/mechanics/indenter/round_indenter.h"
 #include "slave/mesh/outline.h"
 #include "slave/pipeline/base/sensing_pipeline.h"
 #include "slave/pipeline/camera/tool_width.h"
@@ -30,8 +29,9 @@ struct TouchModel final : PreparedModel {
 
   [[nodiscard]] const ModelInfo& info() const override { return deformation->info(); }
 
-  // Displacement of the tool since its first contact, and the rolling distance of a rotated round
-  // tool, see ToolIndentation [m].
+  // Displacement of the tool since its first contact: along the normal that of its centre, across
+  // it that of its point that touched first. And, of a round tool that has turned, the distance
+  // across the normal from the centre to that point [m].
   struct ToolMotion {
     Eigen::Vector3d displacement_O{0, 0, 0}, rolled_O{0, 0, 0};
   };
@@ -49,18 +49,15 @@ struct TouchModel final : PreparedModel {
   // unknown. Across the normal a round tool is treated as a flat one.
   bool FieldOf(const BoundaryPlace& place, const Eigen::Vector3d& displacement_O,
                std::vector<Eigen::Vector3d>* field) noexcept;
-  // Returns the mean distance of a flat tool's face from the outline that it touches at its centre
-  // [m]: the model's patch follows the outline's curve, while the face is straight.
-  [[nodiscard]] double FaceGap(const BoundaryPlace& place) const noexcept;
   [[nodiscard]] ToolWidth::Share WidthAt(const BoundaryPlace& place) noexcept;
-  // Returns the secant stiffness divided by the tangent stiffness of a round tool, whose contact
-  // was smaller at smaller depths; 1 for a flat tool [-].
+  // Returns the secant stiffness divided by the tangent stiffness [-]: below 1 where the contact
+  // was smaller at smaller depths, under a round tool or on a curved outline.
   [[nodiscard]] double SecantPart(const ContactResponse& response,
                                   const BoundaryPlace& place) const noexcept;
 
-  // Returns the relative standard deviation of the last Press's force caused by whole elements in
-  // the contact of a round tool; 0 for a flat one [-].
-  [[nodiscard]] double RoundSigma() const noexcept;
+  // Returns the relative standard deviation of a force caused by whole elements in the contact of a
+  // round tool; 0 for a flat one [-].
+  [[nodiscard]] double RoundSigma(const ContactResponse& response) const noexcept;
 
   // True for `extruded`, whose places take tenths of a second each: a distant tip uses the last
   // place, a near one that of a raster on the outline.
@@ -69,15 +66,15 @@ struct TouchModel final : PreparedModel {
   // Half the tool's width [m].
   [[nodiscard]] double reach() const { return tool_width_ / 2; }
   // Radius of the tool's end [m]; 0: flat.
-  [[nodiscard]] double radius() const { return indenter ? indenter->radius() : 0; }
+  [[nodiscard]] double radius() const { return tool_radius_; }
+  [[nodiscard]] bool is_round() const { return tool_radius_ > 0; }
 
   std::shared_ptr<const Outline> outline;  // outline of the mesh; null: that of the scene
   ContactLaw law = ContactLaw::kBonded;
   BoundaryMesh mesh;
   std::unique_ptr<DeformationModel> deformation;
-  ToolDomain domain;                        // of the scene's tool on this mesh
-  Solution pressed;                         // of the last Press
-  std::unique_ptr<RoundIndenter> indenter;  // null: the tool is flat
+  ToolDomain domain;  // of the scene's tool on this mesh
+  Solution pressed;   // of the last Press
   std::unique_ptr<BoundaryContact> contact;
   std::unique_ptr<BoundaryContact> probe;  // finds the place below any tool
   std::vector<std::uint32_t> held;         // vertices of the outline
@@ -101,6 +98,7 @@ struct TouchModel final : PreparedModel {
   bool prepares_places_ = false;
   Contact prepared_;                // last place that was near
   double tool_width_;               // [m]
+  double tool_radius_ = 0;          // [m]; 0: a flat tool
   std::optional<ToolWidth> width_;  // of a flat tool
 };
 

@@ -1,5 +1,6 @@
 #include "slave/mechanics/fem/solid/solid_model.h"
 
+#include <algorithm>
 #include <string>
 #include <utility>
 
@@ -11,6 +12,14 @@ namespace {
 
 using Eigen::Vector3d;
 using Eigen::VectorXd;
+
+constexpr int kMaxRounds = 25;  // of the search for the nodes that touch a tool
+// A node pulls or is inside a tool if it is by more than this part of the largest force or the
+// depth.
+constexpr double kTouchSlack = 1e-6;
+constexpr double kGuess = 0.5;  // of the depth: largest gap of nodes that touch at first [by Hertz]
+constexpr double kLeastTouchedShare = 0.5;  // of a node's part of the surface, see ToolHold
+constexpr char kUnknownPress = 2;
 
 // Checks all parameters before the expensive work starts.
 VolumeModel::Traits CheckedTraits(const SolidMesh& mesh, const HeldNodes& held,
@@ -25,6 +34,7 @@ VolumeModel::Traits CheckedTraits(const SolidMesh& mesh, const HeldNodes& held,
           .poisson_ratio = params.poisson_ratio,
           .has_pressure = checked.HasPressureUnknown(),
           .is_dynamic = params.dynamic(),
+          .finds_tools = !params.dynamic(),
           .weighs = !params.options.gravity_O.isZero(0),
           .range = params.linear() ? params.range : 0,
           .step = params.dynamic() ? params.options.step : 0};
@@ -99,39 +109,124 @@ void SolidModel::Rest() {
 }
 
 bool SolidModel::SolveUnder(std::span<const Contact> contacts) {
-  if (!Prescribe(contacts)) return Fail("a contact moves fixed nodes");
-  if (motion_) return motion_->Step() || Fail(equilibrium_.failure());
-  // The solver may not recover from such states.
-  if (inversion().elements > 0 && !params_.linear()) Rest();
-  if (statics_.Solve(&state_)) return true;
-  return Fail(statics_.failure().empty() ? equilibrium_.failure() : statics_.failure());
+  GuessTouching(contacts);
+  is_settled_ = true;
+  for (int round = 0;; ++round) {
+    if (!Prescribe(contacts)) return Fail("a contact moves fixed nodes");
+    if (motion_) return motion_->Step() || Fail(equilibrium_.failure());
+    // The solver may not recover from such states.
+    if (inversion().elements > 0 && !params_.linear()) Rest();
+    if (!statics_.Solve(&state_)) {
+      return Fail(statics_.failure().empty() ? equilibrium_.failure() : statics_.failure());
+    }
+    if (!ChangeTouching(contacts)) return true;
+    if (round == kMaxRounds) {
+      is_settled_ = false;
+      return true;
+    }
+    FixTouched();
+  }
+}
+
+// The nodes that touch at first, if a tool now presses and did not before, or the other way round.
+void SolidModel::GuessTouching(std::span<const Contact> contacts) {
+  bool has_changed = false;
+  for (std::size_t i = 0; i < contacts.size(); ++i) {
+    const auto& holds = places()[i].holds;
+    if (holds.empty()) continue;
+    const double depth = -places()[i].axis_O.dot(contacts[i].prescribed_O);
+    const auto nearest = std::ranges::min_element(holds, {}, &ToolHold::gap);
+    const char presses = depth > nearest->gap ? 1 : 0;
+    if (presses_[i] == presses) continue;
+    presses_[i] = presses;
+    has_changed = true;
+    const bool is_flat = contacts[i].radius == 0;
+    for (std::size_t k = 0; k < holds.size(); ++k) {
+      const bool may = holds[k].share >= kLeastTouchedShare;
+      const bool guess = presses != 0 ? holds[k].gap < kGuess * depth : is_flat && depth <= 0;
+      touches_[i][k] = may && (guess || &holds[k] == &*nearest) ? 1 : 0;
+    }
+  }
+  if (has_changed) FixTouched();
+}
+
+// Releases nodes that pull and lets nodes touch that are inside a tool. False: there are none.
+bool SolidModel::ChangeTouching(std::span<const Contact> contacts) {
+  bool has_changed = false;
+  for (std::size_t i = 0; i < contacts.size(); ++i) {
+    const ContactPlace& place = places()[i];
+    if (place.holds.empty() || presses_[i] == 0) continue;
+    const Vector3d& n = place.axis_O;
+    const double depth = -n.dot(contacts[i].prescribed_O);
+    double largest = 0;
+    for (const PlaceWeight& at : place.nodes) {
+      largest = std::max(largest, std::abs(n.dot(ReactionAt(at.place))));
+    }
+    for (std::size_t k = 0; k < place.nodes.size(); ++k) {
+      const int node = place.nodes[k].place;
+      const double sunk = -n.dot(traits_.length_unit * DisplacementAt(node));
+      const bool touches = touches_[i][k] != 0;
+      const bool leaves = touches && n.dot(ReactionAt(node)) > kTouchSlack * largest;
+      const bool enters = !touches && place.holds[k].share >= kLeastTouchedShare &&
+                          depth - place.holds[k].gap - sunk > kTouchSlack * depth;
+      if (!leaves && !enters) continue;
+      touches_[i][k] = enters ? 1 : 0;
+      has_changed = true;
+    }
+  }
+  return has_changed;
+}
+
+double SolidModel::FollowedPart(const Contact& contact, const ContactPlace& place,
+                                std::size_t k) const {
+  const auto number = static_cast<std::size_t>(&place - places().data());
+  if (place.holds.empty()) return 1;
+  const double depth = -place.axis_O.dot(contact.prescribed_O);
+  if (contact.radius > 0 && depth <= 0) return 0;
+  return presses_[number] != 0 ? 1 - place.holds[k].gap / depth : 1;
 }
 
 // Determines the fixed unknowns and the rows of the contacts.
 bool SolidModel::Hold(std::span<const Contact> contacts) {
   Balance& balance = state_.balance;
-  equilibrium_.Changed();
-  supports_.Hold(&balance);
   balance.rows.clear();
   first_row_.assign(contacts.size(), -1);
+  touches_.resize(contacts.size());
+  presses_.assign(contacts.size(), kUnknownPress);
   for (std::size_t i = 0; i < contacts.size(); ++i) {
     if (contacts[i].kind != Contact::Kind::kDisplacement) continue;
     const ContactPlace& place = places()[i];
+    touches_[i].assign(place.nodes.size(), 1);
     first_row_[i] = static_cast<int>(balance.rows.size());
-    for (int c = 0; c < 3; ++c) {
+    for (int c = 0; c < 3 && place.is_point; ++c) {
       PointRow row;
       for (const auto& [node, weight] : place.nodes) {
-        const int unknown = layout_.first(node) + c;
-        row.weights.emplace_back(unknown, weight);
-        if (!place.is_point) balance.fixed[Index(unknown)] = 1;
+        row.weights.emplace_back(layout_.first(node) + c, weight);
       }
-      if (place.is_point) balance.rows.push_back(std::move(row));
+      balance.rows.push_back(std::move(row));
     }
   }
   balance.row_force.setZero(static_cast<int>(balance.rows.size()));
   state_.row_target.assign(balance.rows.size(), 0);
-  if (!params_.dynamic()) supports_.Pin(&balance);
+  FixTouched();
   return true;
+}
+
+// Fixes the nodes that contacts hold now.
+void SolidModel::FixTouched() {
+  Balance& balance = state_.balance;
+  equilibrium_.Changed();
+  supports_.Hold(&balance);
+  for (std::size_t i = 0; i < touches_.size(); ++i) {
+    const ContactPlace& place = places()[i];
+    if (first_row_[i] < 0 || place.is_point) continue;
+    for (std::size_t k = 0; k < place.nodes.size(); ++k) {
+      if (touches_[i][k] == 0) continue;
+      const int first = layout_.first(place.nodes[k].place);
+      for (int c = 0; c < 3; ++c) balance.fixed[Index(first + c)] = 1;
+    }
+  }
+  if (!params_.dynamic()) supports_.Pin(&balance);
 }
 
 // False: a contact moves a fixed node.
@@ -152,9 +247,11 @@ bool SolidModel::Prescribe(std::span<const Contact> contacts) {
       for (int c = 0; c < 3; ++c) state_.row_target[Index(first_row_[i] + c)] = moved[c];
       continue;
     }
-    for (const auto& [node, weight] : place.nodes) {
+    for (std::size_t k = 0; k < place.nodes.size(); ++k) {
+      const int node = place.nodes[k].place;
+      if (touches_[i][k] == 0) continue;
       if (supports_.Forbids(node, moved)) return false;
-      state_.target.segment<3>(layout_.first(node)) = moved;
+      state_.target.segment<3>(layout_.first(node)) = FollowedPart(contacts[i], place, k) * moved;
     }
   }
   return true;

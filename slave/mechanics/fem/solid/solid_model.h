@@ -1,8 +1,12 @@
 // `fem` for accuracy and large strains: quadrature-based tetrahedra with four or ten nodes,
 // constitutive models linear, corotational and hyperelastic, with or without a pressure unknown,
-// static or dynamic. The parts are documented in elastic_body.h, material_law.h, equilibrium.h.
+// static or dynamic. At rest a rigid tool holds the nodes that it touches: after each equilibrium
+// nodes that pull are released and nodes inside the tool begin to touch, until none changes. Those
+// under less than half of a flat face's share are free. The parts are documented in elastic_body.h,
+// material_law.h, equilibrium.h.
 #pragma once
 
+#include <algorithm>
 #include <optional>
 #include <span>
 #include <vector>
@@ -70,6 +74,16 @@ class SolidModel final : public VolumeModel {
   [[nodiscard]] bool gained_energy() const override { return motion_ && motion_->grew(); }
   void Describe(Progress* progress);
   bool Prescribe(std::span<const Contact> contacts);
+  // The part of a contact's displacement that the node `k` of its place follows.
+  [[nodiscard]] double FollowedPart(const Contact& contact, const ContactPlace& place,
+                                    std::size_t k) const;
+  void FixTouched();
+  void GuessTouching(std::span<const Contact> contacts);
+  bool ChangeTouching(std::span<const Contact> contacts);
+  [[nodiscard]] int Touching(std::size_t contact) const override {
+    return static_cast<int>(std::ranges::count(touches_[contact], 1));
+  }
+  [[nodiscard]] bool settles() const override { return is_settled_; }
 
   Params params_;
   TetMesh mesh_;
@@ -81,6 +95,9 @@ class SolidModel final : public VolumeModel {
 
   Eigen::VectorXd weight_;  // gravity's load
   SolidState state_;
+  std::vector<std::vector<char>> touches_;  // per contact and node of its place
+  std::vector<char> presses_;               // per contact: its tool is deeper than a node's gap
+  bool is_settled_ = true;
   std::vector<int> first_row_;  // per contact that moves a point: the first of its rows
   SolidStatics statics_;
   std::optional<SolidMotion> motion_;  // nullopt: at rest
