@@ -19,7 +19,8 @@ constexpr double kMaxOff = 0.1;  // of the stiffness
 // [elements]. [measured: bonded tools on blocks, wedges and discs, with 1.5 to 10 elements under
 // the tool, against quadratic finite elements graded to the tool's ends]
 constexpr std::array<double, 3> kEnds{0.28, 0.11, 0.06};
-constexpr double kTurnsSteadily = 0.9;    // cosine of the angle between elements of a smooth outline
+constexpr double kTurnsSteadily = 0.9;  // cosine of the angle between elements of a smooth outline
+constexpr double kLengthSlack = 1e-9;
 constexpr double kSameSide = 0.5;  // cosine of the angle to the tool's axis
 constexpr double kDeeper = 1.25;   // than the depth: more places than a round tool touches
 // Places under a tool that has touched only some, below which its force is flagged. [measured: a
@@ -87,14 +88,23 @@ std::string_view ElementPlaces::FindTool(const Contact& contact, int element,
   footprint->holds.clear();
   footprint->arms.clear();
   footprint->point = false;
-  footprint->patch_error = 0;
+  const BoundaryElement& own = mesh.elements[Index(element)];
+  Contact touch = contact;
+  if (contact.radius == 0) {  // its centre lies on the element; a round tool may have rolled on
+    const Vector2d along = own.b - own.a;
+    const double at = along.dot(contact.p_O.head<2>() - own.a) / along.squaredNorm();
+    touch.p_O.head<2>() = own.a + std::clamp(at, 0.0, 1.0) * along;
+  }
+  // Springs do not make up for a tool that is shorter than the element.
+  const bool is_short = contact.radius == 0 && contact.width < (1 - kLengthSlack) * own.length();
+  footprint->patch_error = is_short ? std::numeric_limits<double>::infinity() : 0;
   footprint->normal_O.setZero();
-  footprint->normal_O.head<2>() = AxisAt(element, contact.p_O.head<2>());
+  footprint->normal_O.head<2>() = AxisAt(element, touch.p_O.head<2>());
   footprint->depth = kDeeper * std::max(0.0, -footprint->normal_O.dot(contact.prescribed_O));
   elements_.clear();
   const auto reaches = [&](int e) {
     return normals_[Index(e)].dot(footprint->normal_O.head<2>()) >= kSameSide &&
-           AddTouched(contact, e, footprint);
+           AddTouched(touch, e, footprint);
   };
   if (!reaches(element)) return "the tool reaches no element at a contact point";
   int last = mesh.Next(element);
@@ -103,7 +113,10 @@ std::string_view ElementPlaces::FindTool(const Contact& contact, int element,
     for (int e = mesh.Previous(element); e != last && reaches(e); e = mesh.Previous(e)) {
     }
   }
-  footprint->fewest = std::min(kFewest, contact.radius > 0 ? kFewest : footprint->places.size());
+  double reached = 0;  // elements or their parts
+  for (const ToolHold& hold : footprint->holds) reached += hold.share;
+  footprint->fewest =
+      contact.radius > 0 ? kFewest : std::min(kFewest, static_cast<std::size_t>(reached));
   double whole = 0;
   for (const PlaceWeight& place : footprint->places) whole += place.weight;
   for (PlaceWeight& place : footprint->places) place.weight /= whole;
@@ -112,7 +125,7 @@ std::string_view ElementPlaces::FindTool(const Contact& contact, int element,
   });
   for (const PlaceWeight& at : footprint->places) {
     if (!is_free) break;
-    const Vector2d arm = greens_.node(at.place).p_O - contact.p_O.head<2>();
+    const Vector2d arm = greens_.node(at.place).p_O - touch.p_O.head<2>();
     footprint->arms.emplace_back(arm.x(), arm.y(), 0);
   }
   return {};

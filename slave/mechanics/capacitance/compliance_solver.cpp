@@ -277,7 +277,7 @@ bool ComplianceSolver::Settle(std::span<const Contact> contacts) {
     factored_ = false;
   }
   if (!columns_known_ && WantsColumns(contacts)) SolveColumns();
-  if (!has_tools_) SolveForces();
+  SolveForces();  // by the columns where they are known: the digits do not depend on the past
   return true;
 }
 
@@ -590,7 +590,7 @@ ContactResponse ComplianceSolver::ResponseOf(const ContactSlot& slot,
   response.validity = is_valid ? Validity::kValid : Validity::kExtrapolated;
   response.takes_width = slot.is_tool() || slot.footprint.narrower != 0;
   if (slot.is_tool()) response.touching = TouchingOf(slot);
-  if (coarse) response.flag_reason = slot.is_tool() ? kFewTouched : kCoarsePatch;
+  if (coarse) response.flag_reason = slot.touches_few() ? kFewTouched : kCoarsePatch;
   if (!is_settled_) response.flag_reason = kNotSettled;
   if (slot.on_support) response.flag_reason = kOnSupport;
   SetMomentOf(slot, &response);
@@ -606,7 +606,15 @@ int ComplianceSolver::TouchingOf(const ContactSlot& slot) const {
 double ComplianceSolver::TouchError(const ContactSlot& slot) const {
   const ToolState& tool = tools_[static_cast<std::size_t>(&slot - set_.slots().data())];
   if (tool.touching == Touching::kNearest && tool.depth <= 0) return 0;
-  return FewTouchedError(Index(TouchingOf(slot)), slot.footprint.fewest, slot.contact.radius > 0);
+  double touched = 0;  // places, by their shares
+  for (const auto& u : UnknownsOf(slot)) {
+    if (position_[Index(u.row)] >= 0) touched += slot.footprint.holds[Index(u.hold)].share;
+  }
+  const double error = FewTouchedError(touched, slot.footprint.fewest, slot.contact.radius > 0);
+  // In the plane a contact's share of the compliance is not known.
+  const bool is_plane = compliance_.components() == 2;
+  return is_plane && error > 0 ? std::numeric_limits<double>::infinity()
+                               : std::max(error, slot.footprint.patch_error);
 }
 
 void ComplianceSolver::SetMomentOf(const ContactSlot& slot, ContactResponse* response) const {

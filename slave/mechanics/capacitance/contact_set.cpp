@@ -9,6 +9,7 @@ namespace palpate {
 namespace {
 
 constexpr double kOnEdge = 1e-9;  // barycentric weight
+constexpr double kRim = 0.5;      // share under a flat face
 constexpr std::string_view kInnerNode = "a node inside the body is not on its surface";
 constexpr std::string_view kNotStored =
     "the Green's functions of a contact point are not stored: their memory is used up";
@@ -149,12 +150,20 @@ bool ContactSet::FindHeld(ContactSlot* slot) {
   return true;
 }
 
+// A node of which the smaller part lies under a flat face, and which a support holds: it stays.
+bool ContactSet::IsHeldRim(const PlaceWeight& at, const ToolHold& hold) {
+  if (hold.share >= kRim || compliance_.Column(at.place) == nullptr) return false;
+  const std::array<bool, 3> held = compliance_.Held(at.place);
+  return held[0] || held[1] || (held[2] && compliance_.components() == 3);
+}
+
 bool ContactSet::AddUnknowns(ContactSlot* slot) {
   const std::span<const PlaceWeight> places = slot->footprint.places;
   if (slot->footprint.point) {
     if (!AddUnknown(places, slot)) return false;
   } else {
     for (std::size_t p = 0; p < places.size(); ++p) {
+      if (slot->is_tool() && IsHeldRim(places[p], slot->footprint.holds[p])) continue;
       const std::size_t before = unknowns_.size();
       if (!AddUnknown(places.subspan(p, 1), slot)) return false;
       if (slot->is_tool() && unknowns_.size() > before) unknowns_.back().hold = static_cast<int>(p);
@@ -232,7 +241,7 @@ bool ContactSet::LiesUnderContacts(const ContactSlot& load) const {
 }
 
 std::string_view SurfaceNodePlaces::Find(const Contact& contact, ContactFootprint* footprint) {
-  const std::string_view refusal = IsTool(contact) ? footprints_.OnTool(contact, footprint)
+  const std::string_view refusal = IsTool(contact) ? footprints_.OnTool(contact, false, footprint)
                                                    : footprints_.OnNodes(contact, footprint);
   if (!refusal.empty()) return refusal;
   const auto at = [this](int node) { return place_of_node_[Index(node)]; };

@@ -53,6 +53,10 @@ struct ContactSlot {
   ContactFootprint footprint;
   int unknown = 0, unknowns = 0;  // in unknowns(); none for loads
   int load = -1;                  // number among the loads; -1: none
+  // A tool that is flagged for the few places that it touches, although the mesh has more there.
+  [[nodiscard]] bool touches_few() const {
+    return contact.radius > 0 || (is_tool() && footprint.patch_error == 0);
+  }
   [[nodiscard]] bool is_tool() const { return !footprint.holds.empty(); }
   // Components that a support fixes somewhere under the contact, everywhere under a load.
   std::array<bool, 3> held{};
@@ -105,6 +109,7 @@ class ContactSet {
   }
   bool Number();
   bool FindHeld(ContactSlot* slot);
+  bool IsHeldRim(const PlaceWeight& at, const ToolHold& hold);
   bool AddUnknowns(ContactSlot* slot);
   bool AddUnknown(std::span<const PlaceWeight> places, ContactSlot* slot);
   void AddMotions();

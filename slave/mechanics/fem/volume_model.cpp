@@ -108,8 +108,8 @@ std::string_view VolumeModel::FlagReasonOfPlace(std::size_t contact, const Conta
   const fem::ToolContact* tool = ToolOf(contact);
   if (tool == nullptr && !places()[contact].holds.empty()) {
     if (!settles()) return kNotSettled;
-    return contacts_.TouchesFew(contact, Touching(contact), response) ? kFewTouched
-                                                                     : std::string_view();
+    if (!contacts_.TouchesFew(contact, Touching(contact), response)) return {};
+    return places()[contact].patch_error > 0 ? kCoarsePatch : kFewTouched;
   }
   if (tool == nullptr) {
     if (locks() && at.width == 0) return kLocking;

@@ -28,9 +28,15 @@ constexpr double kPlane = 0.01;    // of a disc's area and rim
 constexpr double kDeeper = 1.25;   // than the depth: more places than a round tool touches
 // Nodes under a rigid tool below which its force is flagged. [measured: rim_share.h; a sphere's
 // force changes by a tenth with one node more or less]
-constexpr std::size_t kFewestUnderTool = 6, kFewestUnderTool10 = 26, kFewestUnderSphere = 8;
+constexpr std::size_t kFewestUnderTool = 6, kFewestUnderTool10 = 19, kFewestUnderSphere = 8;
 
 constexpr std::string_view kNoNormal = "the surface has no normal there";
+
+// Number of nodes under a flat face, those at its rim by their shares.
+double NodesUnder(const ContactFootprint& footprint) {
+  return std::accumulate(footprint.holds.begin(), footprint.holds.end(), 0.0,
+                         [](double sum, const ToolHold& hold) { return sum + hold.share; });
+}
 
 constexpr std::string_view kNoPlace =
     "no surface is there: the distance is more than half the longest edge of the nearest triangle";
@@ -48,6 +54,10 @@ SurfaceFootprints::SurfaceFootprints(SurfaceMesh surface, std::vector<char> held
     normals_.push_back(Normal(surface_, t));
     centroids_.push_back(Centroid(surface_, t));
     areas_.push_back(Area(surface_, t));
+  }
+  is_corner_.assign(surface_.nodes.size(), quarters_ ? 1 : 0);
+  for (int t = 3; t < triangles && quarters_; t += 4) {  // the middle one of four
+    for (const int node : surface_.triangles[Index(t)]) is_corner_[Index(node)] = 0;
   }
   seen_.assign(surface_.nodes.size(), 0);
   load_.assign(surface_.nodes.size(), 0);
@@ -285,13 +295,27 @@ Vector3d SurfaceFootprints::AxisAt(const SurfacePlace& place) const {
   return sum.stableNormalized();
 }
 
-double SurfaceFootprints::PartRadiusOf(int node, const Vector3d& axis) const {
+// A third of each triangle, the part that is nearer to the node than to the others by its
+// barycentric weights: its centroid has the weights 22, 7, 7 / 36.
+SurfaceFootprints::Part SurfaceFootprints::PartOf(int node, const Vector3d& axis) const {
+  constexpr double kOfOthers = 7.0 / 36;
+  const double share =
+      quarters_ ? 4.0 / 9 : 1.0 / 3;  // mid-edge nodes have the corners' parts, too
   double area = 0;
+  Part part;
   for (const int t : TrianglesOf(node)) {
     const double facing = normals_[Index(t)].dot(axis);
-    if (facing >= kSameSide) area += facing * areas_[Index(t)] / 3;
+    if (facing < kSameSide) continue;
+    const double third = share * facing * areas_[Index(t)];
+    area += third;
+    for (const int corner : surface_.triangles[Index(t)]) {
+      part.centre +=
+          third * kOfOthers * (surface_.nodes[Index(corner)] - surface_.nodes[Index(node)]);
+    }
   }
-  return PartRadius(area);
+  if (area > 0) part.centre /= area;
+  part.radius = PartRadius(area);
+  return part;
 }
 
 void SurfaceFootprints::HoldUnder(const Contact& contact, double width,
@@ -303,13 +327,29 @@ void SurfaceFootprints::HoldUnder(const Contact& contact, double width,
   for (const int t : searched_) {
     for (const int node : surface_.triangles[Index(t)]) {
       if (std::exchange(seen_[Index(node)], patches_) == patches_) continue;
+      if (is_corner_[Index(node)] != 0) continue;
       const Vector3d from = surface_.nodes[Index(node)] - contact.p_O;
-      const double height = axis.dot(from), part_radius = PartRadiusOf(node, axis);
-      const double share = ShareUnderDisc(width / 2, part_radius, (from - height * axis).norm());
+      const double height = axis.dot(from);
+      const Part part = PartOf(node, axis);
+      if (part.radius == 0) continue;
+      const Vector3d centre = from + part.centre;
+      const double share =
+          ShareUnderDisc(width / 2, part.radius, (centre - axis.dot(centre) * axis).norm());
       if (share < kLeastShare) continue;
       footprint->places.push_back({node, share});
-      footprint->holds.push_back({std::max(0.0, -height), share, part_radius});
+      footprint->holds.push_back({std::max(0.0, -height), share, part.radius});
     }
+  }
+}
+
+void SurfaceFootprints::HoldWhole(const Contact& contact, ContactFootprint* footprint) {
+  footprint->places.clear();
+  footprint->holds.clear();
+  for (const int node : patch_.nodes) {
+    if (is_corner_[Index(node)] != 0) continue;
+    const double height = footprint->normal_O.dot(surface_.nodes[Index(node)] - contact.p_O);
+    footprint->places.push_back({node, 1});
+    footprint->holds.push_back({std::max(0.0, -height), 1, 0});
   }
 }
 
@@ -334,7 +374,10 @@ void SurfaceFootprints::HoldUnderSphere(const Contact& contact, ContactFootprint
       const Vector3d from = surface_.nodes[Index(node)] - contact.p_O;
       const double height = axis.dot(from), rho2 = (from - height * axis).squaredNorm();
       if (!(rho2 < R * R)) continue;
+      const bool is_corner = is_corner_[Index(node)] != 0;
       const double gap = std::max(0.0, rho2 / (R + std::sqrt(R * R - rho2)) - height);
+      if (is_corner && gap <= footprint->depth) reach_around(node);
+      if (is_corner) continue;
       const bool is_nearest = gap < nearest;
       if (gap > footprint->depth && !is_nearest) continue;
       if (is_nearest && nearest > footprint->depth) {  // the former one is not within reach
@@ -350,28 +393,31 @@ void SurfaceFootprints::HoldUnderSphere(const Contact& contact, ContactFootprint
 }
 
 // Like FindWiderDisc, for a tool.
-void SurfaceFootprints::WidenTool(const Contact& contact, ContactFootprint* footprint) {
-  Vector3d p_O = Vector3d::Zero();
+bool SurfaceFootprints::WidenTool(const Contact& contact, ContactFootprint* footprint) {
+  Contact wider = contact;
+  wider.p_O.setZero();
+  double edge = 0;
   const auto& corners = surface_.triangles[Index(footprint->at.triangle)];
   for (int v = 0; v < 3; ++v) {
-    p_O += footprint->at.weights[v] * surface_.nodes[Index(corners[Index(v)])];
+    const Vector3d& corner = surface_.nodes[Index(corners[Index(v)])];
+    wider.p_O += footprint->at.weights[v] * corner;
+    edge = std::max(edge, (surface_.nodes[Index(corners[Index((v + 1) % 3)])] - corner).norm());
   }
-  const double thickness = ThicknessAt(footprint->at, p_O);
-  for (double width = kWider * contact.width; width <= thickness; width *= kWider) {
-    FindPatch(footprint->at, p_O, width);
-    if (!IsWholeAndPlane(width) || HoldsPatch()) break;
-    HoldUnder(contact, width, footprint);
-    if (footprint->places.size() < footprint->fewest) continue;
-    footprint->patch_error = 0;
+  const double thickness = ThicknessAt(footprint->at, wider.p_O);
+  for (double width = std::max(kWider * contact.width, edge); width <= thickness; width *= kWider) {
+    FindPatch(footprint->at, wider.p_O, width);
+    if (!IsWholeAndPlane(width) || HoldsPatch()) return false;
+    HoldUnder(wider, width, footprint);
+    if (NodesUnder(*footprint) < static_cast<double>(footprint->fewest)) continue;
     footprint->reach = width / 2;
     footprint->narrower = 2 / contact.width - 2 / width;
-    return;
+    return true;
   }
-  FindPatch(footprint->at, contact.p_O, contact.width);
-  HoldUnder(contact, contact.width, footprint);
+  return false;
 }
 
-std::string_view SurfaceFootprints::OnTool(const Contact& contact, ContactFootprint* footprint) {
+std::string_view SurfaceFootprints::OnTool(const Contact& contact, bool whole,
+                                           ContactFootprint* footprint) {
   const auto at = Find(contact);
   if (!at) return kNoPlace;
   footprint->at = *at;
@@ -388,13 +434,33 @@ std::string_view SurfaceFootprints::OnTool(const Contact& contact, ContactFootpr
     HoldUnderSphere(contact, footprint);
   } else {
     FindPatch(*at, contact.p_O, contact.width);
-    HoldUnder(contact, contact.width, footprint);
-    const bool is_coarse = footprint->places.size() < footprint->fewest;
-    if (is_coarse && !held_.empty() && may_widen_) WidenTool(contact, footprint);
+    if (whole) {
+      HoldWhole(contact, footprint);
+      if (footprint->places.empty()) return OnNodes(contact, footprint);
+    } else {
+      HoldUnder(contact, contact.width, footprint);
+    }
+    const bool is_coarse = NodesUnder(*footprint) < static_cast<double>(footprint->fewest);
+    const bool may_widen = is_coarse && !held_.empty() && may_widen_;
+    if (may_widen && !WidenTool(contact, footprint)) {
+      FindPatch(*at, contact.p_O, contact.width);
+      HoldUnder(contact, contact.width, footprint);
+    }
+    if (is_coarse && footprint->reach == 0) {
+      footprint->patch_error = FewTouchedError(NodesUnder(*footprint), footprint->fewest, false);
+    }
+    if (footprint->places.empty()) {  // between the nodes' parts
+      int nearest = 0;
+      at->weights.maxCoeff(&nearest);
+      const auto& nodes = surface_.triangles[Index(at->triangle)];
+      while (is_corner_[Index(nodes[Index(nearest)])] != 0) nearest = (nearest + 1) % 3;
+      footprint->places.push_back({nodes[Index(nearest)], 1});
+      footprint->holds.push_back({0, 1, 0});
+    }
   }
-  double whole = 0;
-  for (const PlaceWeight& touched : footprint->places) whole += touched.weight;
-  for (PlaceWeight& touched : footprint->places) touched.weight /= whole;
+  double sum = 0;
+  for (const PlaceWeight& touched : footprint->places) sum += touched.weight;
+  for (PlaceWeight& touched : footprint->places) touched.weight /= sum;
   if (contact.radius > 0) {
     for (const PlaceWeight& touched : footprint->places) {
       footprint->arms.push_back(surface_.nodes[Index(touched.place)] - contact.p_O);

@@ -47,10 +47,11 @@ inline constexpr std::string_view kFewTouched =
 inline constexpr std::string_view kNotSettled = "it is not settled which places touch the tool";
 // Estimated relative error of the compliance under a tool that touches `touching` places; below
 // `fewest` it is flagged [-]. [measured: mesh_resolution.cpp]
-inline double FewTouchedError(std::size_t touching, std::size_t fewest, bool is_round) noexcept {
-  constexpr std::size_t kNoDisc = 3;
+// Places at the rim count by their share.
+inline double FewTouchedError(double touching, std::size_t fewest, bool is_round) noexcept {
+  constexpr double kNoDisc = 3;
   constexpr double kFewOff = 0.2;
-  if (touching >= fewest) return 0;
+  if (touching >= static_cast<double>(fewest)) return 0;
   return is_round || touching < kNoDisc ? 1 : kFewOff;
 }
 
@@ -127,8 +128,10 @@ class SurfaceFootprints {
 
   // The nodes that a rigid tool may touch: a moved contact with a width or a radius. Those under a
   // flat face have their share of it. Others have a gap less than the depth at which a round tool
-  // is, and somewhat more.
-  std::string_view OnTool(const Contact& contact, ContactFootprint* footprint);
+  // is, and somewhat more. Of ten-node tetrahedra only the mid-edge nodes touch: an even pressure
+  // acts on them alone, and corners pull under it. `whole`: nodes within a flat face, without rim;
+  // a face between nodes is then a point (OnNodes).
+  std::string_view OnTool(const Contact& contact, bool whole, ContactFootprint* footprint);
   // A contact moves a node, a point between three nodes, or all nodes of a disc equally. A load
   // acts on a node, on three nodes by their barycentric weights, or uniformly on the triangles of a
   // disc, a third of each triangle's share per node. A point has the three nodes of its triangle,
@@ -154,11 +157,16 @@ class SurfaceFootprints {
   [[nodiscard]] Eigen::Vector3d AxisAt(const SurfacePlace& place) const;
   // Adds the nodes of searched_ that a flat face of this width has a share of.
   void HoldUnder(const Contact& contact, double width, ContactFootprint* footprint);
+  void HoldWhole(const Contact& contact, ContactFootprint* footprint);
   void HoldUnderSphere(const Contact& contact, ContactFootprint* footprint);
-  // Radius of a node's part of the surface that faces `axis`, as a disc [m].
-  [[nodiscard]] double PartRadiusOf(int node, const Eigen::Vector3d& axis) const;
-  // Makes a flat tool that has too few nodes wider.
-  void WidenTool(const Contact& contact, ContactFootprint* footprint);
+  // A node's part of the surface that faces `axis`, as a disc.
+  struct Part {
+    double radius = 0;                // [m]
+    Eigen::Vector3d centre{0, 0, 0};  // its centroid, relative to the node [m]
+  };
+  [[nodiscard]] Part PartOf(int node, const Eigen::Vector3d& axis) const;
+  // Makes a flat tool that has too few nodes wider; false: it is as before.
+  bool WidenTool(const Contact& contact, ContactFootprint* footprint);
   // Collects connected triangles of the same orientation around the place. A part of the surface
   // beyond a gap or a step is not touched.
   void FindPatch(const SurfacePlace& place, const Eigen::Vector3d& p_O, double width);
@@ -190,6 +198,7 @@ class SurfaceFootprints {
   std::vector<double> load_;  // per node, zero between calls
   std::vector<char> held_;    // empty: no contact is widened
   bool quarters_;
+  std::vector<char> is_corner_;  // per node, of quarters
   bool may_widen_ = true;
 };
 

@@ -84,7 +84,7 @@ std::string_view VolumeContacts::FindSizes(const Contact& contact) const {
 
 std::string_view VolumeContacts::Find(const Contact& contact, ContactPlace* place) {
   const bool is_tool = finds_tools_ && IsTool(contact);
-  const std::string_view refusal = is_tool ? footprints_.OnTool(contact, &footprint_)
+  const std::string_view refusal = is_tool ? footprints_.OnTool(contact, true, &footprint_)
                                            : footprints_.OnNodes(contact, &footprint_);
   if (!refusal.empty()) return refusal;
   place->axis_O = footprint_.normal_O;

@@ -61,8 +61,7 @@ class VolumeContacts {
                                 const ContactResponse& response) const {
     const double young_modulus = force_unit_ / (length_unit_ * length_unit_);
     const Contact& at = contacts_[contact];
-    const double error =
-        FewTouchedError(static_cast<std::size_t>(touching), places_[contact].fewest, at.radius > 0);
+    const double error = FewTouchedError(touching, places_[contact].fewest, at.radius > 0);
     return IsContactCoarse(error, young_modulus * at.width, response.force_O,
                            response.displacement_O);
   }

@@ -38,10 +38,11 @@ std::string_view VolumeFootprints::OnNodes(const Contact& contact, ContactFootpr
   return refusal;
 }
 
-std::string_view VolumeFootprints::OnTool(const Contact& contact, ContactFootprint* footprint) {
+std::string_view VolumeFootprints::OnTool(const Contact& contact, bool whole,
+                                          ContactFootprint* footprint) {
   Contact found = contact;
   if (is_quadratic()) found.element = QuarterOf(contact);
-  const std::string_view refusal = nodes_.OnTool(found, footprint);
+  const std::string_view refusal = nodes_.OnTool(found, whole, footprint);
   if (refusal.empty()) footprint->triangle = footprint->at.triangle / (is_quadratic() ? 4 : 1);
   return refusal;
 }

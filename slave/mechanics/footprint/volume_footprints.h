@@ -22,8 +22,8 @@ class VolumeFootprints {
 
   // SurfaceFootprints::OnNodes; the contact's element is a triangle of the linear surface.
   std::string_view OnNodes(const Contact& contact, ContactFootprint* footprint);
-  // SurfaceFootprints::OnTool, mid-edge nodes included.
-  std::string_view OnTool(const Contact& contact, ContactFootprint* footprint);
+  // SurfaceFootprints::OnTool; the contact's element is a triangle of the linear surface.
+  std::string_view OnTool(const Contact& contact, bool whole, ContactFootprint* footprint);
   void MayWiden(bool may) {
     nodes_.MayWiden(may);
     triangles_.MayWiden(may);

@@ -9,6 +9,8 @@
 #include <Eigen/LU>
 
 #include "shared/mesh/disc_patch.h"
+#include "slave/mechanics/footprint/contact_footprint.h"
+#include "slave/mechanics/footprint/rim_share.h"
 #include "slave/mesh/files/mesh_file.h"
 #include "slave/mesh/index.h"
 #include "tests/support/fixed_nodes.h"
@@ -37,7 +39,9 @@ MatrixXd DenseStiffness(const Body& body) {
 
 using Shares = std::map<int, double>;  // node: weight
 
-Shares SharesOf(const SurfaceMesh& surface, const Contact& contact, bool* point) {
+// `springs`: of nodes at a flat tool's rim [m/N].
+Shares SharesOf(const SurfaceMesh& surface, const Contact& contact, const Body& body,
+                bool whole_nodes, bool* point, std::map<int, Eigen::Matrix3d>* springs) {
   const auto place = FindPlace(surface, contact.p_O);
   if (!place) throw std::invalid_argument("no place there");
   Shares shares;
@@ -52,11 +56,17 @@ Shares SharesOf(const SurfaceMesh& surface, const Contact& contact, bool* point)
       }
       return shares;
     }
-    if (!patch.nodes.empty()) {
-      *point = false;
-      for (const int n : patch.nodes) shares[n] = 1;
-      return shares;
+    ContactFootprint under;
+    SurfaceFootprints(surface).OnTool(contact, whole_nodes, &under);
+    *point = false;
+    for (std::size_t k = 0; k < under.places.size(); ++k) {
+      const ToolHold& hold = under.holds[k];
+      shares[under.places[k].place] = 1;
+      if (hold.share >= kWholeShare) continue;
+      (*springs)[under.places[k].place] =
+          SpringAtRim(body.nu, hold.part_radius, hold.share).Around(under.normal_O) / body.E;
     }
+    return shares;
   }
   if (place->node >= 0) return {{place->node, 1.0}};
   for (int v = 0; v < 3; ++v) {
@@ -70,6 +80,8 @@ struct Constraint {
   double value = 0;
   int contact = -1;
   Vector3d direction{0, 0, 0};
+  int node = -1;  // of a flat tool's rim
+  Eigen::Matrix3d spring = Eigen::Matrix3d::Zero();
 };
 
 // Mean of the normals of the triangles around a node.
@@ -129,7 +141,8 @@ SolidMesh FoamMesh(const std::string& name) {
   return std::get<SolidMesh>(ReadMeshFile(file, 1).mesh);
 }
 
-DirectAnswer SolveDirectly(const Body& body, std::span<const Contact> contacts, bool frictionless) {
+DirectAnswer SolveDirectly(const Body& body, std::span<const Contact> contacts, bool frictionless,
+                           bool whole_nodes) {
   const SurfaceMesh surface = SurfaceOf(body.mesh);
   const auto dofs = static_cast<int>(3 * body.mesh.nodes.size());
   VectorXd load = VectorXd::Zero(dofs);
@@ -142,7 +155,8 @@ DirectAnswer SolveDirectly(const Body& body, std::span<const Contact> contacts, 
   for (int i = 0; i < static_cast<int>(contacts.size()); ++i) {
     const Contact& contact = contacts[Index(i)];
     bool point = true;
-    shares.push_back(SharesOf(surface, contact, &point));
+    std::map<int, Eigen::Matrix3d> springs;
+    shares.push_back(SharesOf(surface, contact, body, whole_nodes, &point, &springs));
     if (contact.kind == Contact::Kind::kForce) {
       for (const auto& [n, w] : shares.back()) load.segment<3>(3 * n) += w * contact.prescribed_O;
       continue;
@@ -160,6 +174,10 @@ DirectAnswer SolveDirectly(const Body& body, std::span<const Contact> contacts, 
       Constraint together{{}, direction.dot(contact.prescribed_O), i, direction};
       for (const auto& [n, w] : shares.back()) {
         Constraint alone{{}, together.value, i, direction};
+        if (springs.contains(n)) {
+          alone.node = n;
+          alone.spring = springs[n];
+        }
         auto& dofs_of = point ? together.dofs : alone.dofs;
         for (int c = 0; c < 3; ++c) dofs_of.emplace_back(3 * n + c, w * direction[c]);
         if (!point) constraints.push_back(alone);
@@ -179,6 +197,12 @@ DirectAnswer SolveDirectly(const Body& body, std::span<const Contact> contacts, 
       A(dof, dofs + m) = scale * weight;
     }
     b[dofs + m] = scale * constraints[Index(m)].value;
+    const Constraint& own = constraints[Index(m)];
+    for (int k = 0; k < multipliers; ++k) {
+      const Constraint& other = constraints[Index(k)];
+      if (own.node < 0 || other.node != own.node || other.contact != own.contact) continue;
+      A(dofs + m, dofs + k) = -scale * scale * own.direction.dot(own.spring * other.direction);
+    }
   }
   const VectorXd x = A.partialPivLu().solve(b);
   DirectAnswer answer;

@@ -38,7 +38,10 @@ struct DirectAnswer {
   std::vector<Eigen::Vector3d> force_O;         // per contact [N]
   std::vector<Eigen::Vector3d> mean_O;          // displacement per contact, weighted as a load [m]
 };
-// The nodes of a contact come from FindPlace and PatchAt.
-DirectAnswer SolveDirectly(const Body& body, std::span<const Contact> contacts, bool frictionless);
+// The nodes of a contact come from FindPlace and PatchAt, those of a flat tool and the springs at
+// its rim from SurfaceFootprints. `whole_nodes`: the nodes within the
+// tool, without rim. All nodes of a tool are glued to it.
+DirectAnswer SolveDirectly(const Body& body, std::span<const Contact> contacts, bool frictionless,
+                           bool whole_nodes);
 
 }  // namespace palpate

@@ -11,6 +11,7 @@
 #include <tuple>
 #include <vector>
 
+#include <Eigen/Geometry>
 #include <gtest/gtest.h>
 
 #include "slave/mechanics/fem/fem_model.h"
@@ -67,7 +68,11 @@ void PrintTo(const Case& tested, std::ostream* out) {
 }
 
 DirectAnswer Bonded(const Body& body, const Contacts& contacts) {
-  return SolveDirectly(body, contacts, false);
+  return SolveDirectly(body, contacts, false, false);
+}
+// Of models that hold whole nodes under a flat tool.
+DirectAnswer BondedWhole(const Body& body, const Contacts& contacts) {
+  return SolveDirectly(body, contacts, false, true);
 }
 
 // SolidModel solves for all nodes of the body, in quadratic elements with their pressure.
@@ -86,13 +91,13 @@ DirectAnswer WholeBody(const Body& body, const Contacts& contacts) {
 
 std::vector<Case> Cases() {
   std::vector<Case> cases{
-      {"fem", LinearFem, Bonded},
-      {"solid", [](const Body& body) { return LinearSolid(body, Element::kTet4); }, Bonded},
+      {"fem", LinearFem, BondedWhole},
+      {"solid", [](const Body& body) { return LinearSolid(body, Element::kTet4); }, BondedWhole},
       {"green", [](const Body& body) { return LinearGreen(body, Element::kTet4); }, Bonded},
       {.name = "green_frictionless",
        .make =
            [](const Body& b) { return LinearGreen(b, Element::kTet4, ContactLaw::kFrictionless); },
-       .solve = [](const Body& b, const Contacts& c) { return SolveDirectly(b, c, true); },
+       .solve = [](const Body& b, const Contacts& c) { return SolveDirectly(b, c, true, false); },
        .frictionless = true}};
   for (const double nu : {0.3, 0.49, 0.499, 0.5}) {
     const std::string name = "green_ten_nodes_" + std::to_string(static_cast<int>(1000 * nu));
@@ -122,19 +127,21 @@ Contacts Mixed(const Body& body) {
   const auto node = [&](std::size_t k) {
     return surface.nodes[Index(surface.triangles[Index(far.at(k))][0])];
   };
+  // A tool that does not press is glued to all its nodes, as those of the reference.
+  const Vector3d n = Normal(surface, far.at(4)), along = n.unitOrthogonal();
+  const Vector3d pull = side * (0.003 * n + 0.01 * along);
   return {Move(node(0), {0.01 * side, -0.005 * side, 0.004 * side}),
           Push(Centroid(surface, far.at(1)), {0.02, 0.01, -0.03}, 0.2 * side),
           Move(0.9 * Centroid(surface, far.at(2)) + 0.1 * node(2), {0, 0.004 * side, -0.01 * side}),
-          Push(node(3), {-0.01, 0.02, 0.005}),
-          Move(node(4), {-0.01 * side, 0.002 * side, 0.003 * side}, 0.25 * side)};
+          Push(node(3), {-0.01, 0.02, 0.005}), Move(node(4), pull, 0.25 * side)};
 }
 
-// Contacts at corners, midpoints of edges and discs, and loads on the box.
+// Contacts at corners and midpoints of edges, and loads on the box.
 Contacts OnTenNodes() {
-  return {
-      Move({0.06, 0.05, 0.04}, {1e-4, -2e-4, -3e-4}), Move({0, 0.05 / 6, 0.04}, {0, 1e-4, -2e-4}),
-      Move({0.04, 0.018, 0.04}, {1e-4, 0, -5e-4}, 0.03),
-      Push({0.015, 0.035, 0.04}, {0.02, 0.01, -0.05}, 0.02), Push({0.06, 0, 0.04}, {0, 0.01, 0})};
+  return {Move({0.06, 0.05, 0.04}, {1e-4, -2e-4, -3e-4}),
+          Move({0, 0.05 / 6, 0.04}, {0, 1e-4, -2e-4}), Move({0.04, 0.018, 0.04}, {1e-4, 0, -5e-4}),
+          Push({0.015, 0.035, 0.04}, {0.02, 0.01, -0.05}, 0.02),
+          Push({0.06, 0, 0.04}, {0, 0.01, 0})};
 }
 
 double Largest(const std::vector<Vector3d>& vectors) {
@@ -176,7 +183,7 @@ class DirectSolution : public testing::TestWithParam<std::tuple<Case, std::strin
   void SetUp() override {
     const std::string& name = std::get<1>(GetParam());
     if (name == "box") {
-      // Finer with four nodes: fem-green corrects patches of five nodes or fewer.
+      // Finer with four nodes: fem-green widens tools of five nodes or fewer.
       const std::array<int, 3> cells =
           case_.has_ten_nodes ? std::array{4, 3, 3} : std::array{8, 6, 6};
       body_ = ShakenBox(cells, 5e4, case_.nu);

@@ -18,7 +18,6 @@ constexpr int kMaxRounds = 25;  // of the search for the nodes that touch a tool
 // depth.
 constexpr double kTouchSlack = 1e-6;
 constexpr double kGuess = 0.5;  // of the depth: largest gap of nodes that touch at first [by Hertz]
-constexpr double kLeastTouchedShare = 0.5;  // of a node's part of the surface, see ToolHold
 constexpr char kUnknownPress = 2;
 
 // Checks all parameters before the expensive work starts.
@@ -140,11 +139,10 @@ void SolidModel::GuessTouching(std::span<const Contact> contacts) {
     if (presses_[i] == presses) continue;
     presses_[i] = presses;
     has_changed = true;
-    const bool is_flat = contacts[i].radius == 0;
+    const bool is_glued = contacts[i].radius == 0 && depth <= 0;
     for (std::size_t k = 0; k < holds.size(); ++k) {
-      const bool may = holds[k].share >= kLeastTouchedShare;
-      const bool guess = presses != 0 ? holds[k].gap < kGuess * depth : is_flat && depth <= 0;
-      touches_[i][k] = may && (guess || &holds[k] == &*nearest) ? 1 : 0;
+      const bool guess = presses != 0 && holds[k].gap < kGuess * depth;
+      touches_[i][k] = guess || is_glued || &holds[k] == &*nearest ? 1 : 0;
     }
   }
   if (has_changed) FixTouched();
@@ -167,8 +165,7 @@ bool SolidModel::ChangeTouching(std::span<const Contact> contacts) {
       const double sunk = -n.dot(traits_.length_unit * DisplacementAt(node));
       const bool touches = touches_[i][k] != 0;
       const bool leaves = touches && n.dot(ReactionAt(node)) > kTouchSlack * largest;
-      const bool enters = !touches && place.holds[k].share >= kLeastTouchedShare &&
-                          depth - place.holds[k].gap - sunk > kTouchSlack * depth;
+      const bool enters = !touches && depth - place.holds[k].gap - sunk > kTouchSlack * depth;
       if (!leaves && !enters) continue;
       touches_[i][k] = enters ? 1 : 0;
       has_changed = true;

@@ -1,8 +1,8 @@
 // `fem` for accuracy and large strains: quadrature-based tetrahedra with four or ten nodes,
 // constitutive models linear, corotational and hyperelastic, with or without a pressure unknown,
 // static or dynamic. At rest a rigid tool holds the nodes that it touches: after each equilibrium
-// nodes that pull are released and nodes inside the tool begin to touch, until none changes. Those
-// under less than half of a flat face's share are free. The parts are documented in elastic_body.h,
+// nodes that pull are released and nodes inside the tool begin to touch, until none changes. A
+// flat face holds whole nodes, those within it. The parts are documented in elastic_body.h,
 // material_law.h, equilibrium.h.
 #pragma once
 

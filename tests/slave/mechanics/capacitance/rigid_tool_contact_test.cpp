@@ -11,7 +11,10 @@
 #include <gtest/gtest.h>
 
 #include "slave/mechanics/bem/bem2d_model.h"
+#include "slave/mechanics/factory/make_model.h"
 #include "slave/mechanics/fem/green/fem_green_model.h"
+#include "slave/reference/planar/round_touch.h"
+#include "slave/scene/scene_loader.h"
 #include "tests/support/allocation_count.h"
 #include "tests/support/fixed_nodes.h"
 
@@ -171,9 +174,32 @@ TEST_F(Block2d, AnUpdateOfAToolDoesNotAllocate) {
   EXPECT_EQ(response.validity, Validity::kValid);
 }
 
-// A disc of 20 mm, held along its lower half, under a flat tool of 10 mm.
-// Reference: quadratic finite elements with nodes that touch one by one (mN at 0.1 and 0.3 mm).
-TEST(FlatToolOnADisc, TouchesOnlyWhatItReaches) {}
+// A flat tool of 10 mm on a disc of 20 mm. It first touches in one point; glued to the outline at
+// once it would be 3.3 times too stiff at 0.1 mm. Reference: quadratic finite elements whose nodes
+// touch one by one. Tolerance: one element more or less where few touch.
+TEST(FlatToolOnADisc, TouchesOnlyWhatItReaches) {
+  for (const auto& [elements, order] : {std::pair{200, "constant"}, {200, "linear"}}) {
+    const Scene scene = ParseScene(
+        "name: disc\nobject:\n  geometry: {disc: {radius: 20 mm, thickness: 1 mm}}\n"
+        "  material: {young_modulus: 20 kPa, poisson_ratio: 0.3}\n"
+        "  fixed: {arc: {centre: 270 deg, half_angle: 40 deg}}\n"
+        "tool: {width: 10 mm, depth: whole}\n"
+        "model: {kind: bem2d, plane: stress, elements: " +
+        std::to_string(elements) + ", order: " + order + "}\n");
+    const simulation::TrueBody body(scene);
+    const auto truth = simulation::SolveUnderRound(body, 0.3, Plane::kStress,
+                                                   body.Nearest({0, 0.02}), *scene.tool);
+    const ObjectMesh mesh = MeshObject(scene, std::nullopt);
+    const auto model = MakeModel(scene, mesh);
+    for (const auto& [depth, tolerance] : {std::pair{1e-4, 0.06}, {3e-4, 0.03}, {1e-3, 0.03}}) {
+      const ContactResponse response =
+          Press({.p_O = {0, 0.02, 0}, .width = 0.01, .prescribed_O = {0, -depth, 0}}, model.get());
+      const double force =
+          20 * simulation::Touched(*truth.round, {0, -depth}, 0).total().y();  // E t = 20 N/m
+      EXPECT_NEAR(response.force_O.y() / force, 1, tolerance) << depth << ' ' << order;
+    }
+  }
+}
 
 // Reference: Hertz for a sphere on a half-space, F = 4/3 E* sqrt(R) d^1.5, a = sqrt(R d) (Johnson,
 // 4.22 to 4.24). The half-space is a block of 1 m, E = 1 Pa, held at its bottom, with small cells

@@ -120,9 +120,9 @@ TEST(FemGreenModel, AFirstContactOnASlenderBodyTakesNoMemory) {
   ASSERT_TRUE(model.columns().Prefetch(all, nullptr));
   const Vector3d down(0, 0, -1e-4);
   std::array<ContactResponse, 1> response;
-  const Contact first = Move({0.05, 0.01, 0.02}, down, options.width);
+  const Contact first = Move({0.25 / 3, 0.01, 0.02}, down, options.width);
   model.Respond({&first, 1}, response);
-  for (const double x : {0.0333, 0.0667, 0.0833}) {  // as many nodes under the tool as at 0.05 m
+  for (const double x : {0.1 / 3, 0.2 / 3, 0.05}) {  // no more nodes under the tool
     const Contact next = Move({x, 0.01, 0.02}, down, options.width);
     const long before = AllocationCount();
     model.Respond({&next, 1}, response);
