@@ -39,7 +39,8 @@ constexpr std::array kRimEffect{-0.05, -0.25, 0.9, 0.3};
 constexpr double kMaxPoisson = 0.4999;
 
 // See EffectOf. [fitted]
-constexpr double kLocked = 1.5, kGivesWay = 0.5, kOfShear = 0.3, kOfVolume = 0.4, kOfShear10 = 0.4;
+constexpr double kLocked = 1.5, kGivesWay = 0.5, kOfShear = 0.3, kOfVolume = 0.4, kOfShear10 = 0.4,
+                 kOfShearMixed = 0.35;
 // Reach of a contact's elements, in its widths and mean edges. [derived: a disc's stress falls with
 // the square of the distance in widths]
 constexpr double kReach = 1.5, kEdges = 2;
@@ -203,8 +204,9 @@ bool IsContactCoarse(double patch_error, double disc_stiffness, const Vector3d& 
   return patch_error * std::min(1.0, share) > kMaxOff;
 }
 
-MeshEffect EffectOf(const MeshShare& share, int nodes_per_element) noexcept {
-  if (nodes_per_element == 10) return {0, kOfShear10 * share.shear};
+MeshEffect EffectOf(const MeshShare& share, Elements elements) noexcept {
+  if (elements == Elements::kTenNodes) return {0, kOfShear10 * share.shear};
+  if (elements == Elements::kFourNodesMixed) return {0, kOfShearMixed * share.shear};
   return {kLocked * (share.volume - kGivesWay * share.shear),
           kOfShear * share.shear + kOfVolume * share.volume};
 }

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <array>
+#include <cstdint>
 #include <span>
 #include <vector>
 
@@ -22,6 +23,9 @@ constexpr int kMaxNodes = 10;  // of one element
 // coordinates that are not finite, a node that does not exist, `held` not one entry per node, a
 // tetrahedron (named by its number) whose volume is not above 1e-14 of its longest edge cubed.
 void RequireTets(const SolidMesh& mesh, const HeldNodes& held);
+
+// How elements represent the displacement, and whether the pressure is an unknown of its own.
+enum class Elements : std::uint8_t { kFourNodes, kFourNodesMixed, kTenNodes };
 
 // Elements with ten nodes: the corners, then the mid-edge nodes.
 struct TetMesh {

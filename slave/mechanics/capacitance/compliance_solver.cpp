@@ -223,8 +223,9 @@ void ComplianceSolver::AddSprings(const ContactSlot& slot, double* first, int st
     Matrix3d spring =
         u.measure * SpringOfElement(params_.poisson_ratio, hold.share) * Matrix3d::Identity();
     if (compliance_.components() == 3) {
-      spring = length_unit_ * SpringAtRim(params_.poisson_ratio, hold.part_radius, hold.share)
-                                  .Around(slot.footprint.normal_O);
+      spring = params_.springs * length_unit_ *
+               SpringAtRim(params_.poisson_ratio, hold.part_radius, hold.share)
+                   .Around(slot.footprint.normal_O);
     }
     const Matrix3d block = u.basis.transpose() * spring * u.basis;
     for (int r = 0; r < u.count; ++r) {

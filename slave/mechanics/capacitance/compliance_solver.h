@@ -56,6 +56,7 @@ class ComplianceSolver {
     double poisson_ratio = 0;  // for springs of tools; of a plane body 0 in plane stress
     double thickness = 0;      // of a plane body [m]
     MomentRule moment{};
+    double springs = 1;  // factor on the springs at the rim of a flat tool (rim_share.h)
   };
 
   // Throws std::invalid_argument: a parameter is not finite and > 0.

@@ -173,7 +173,7 @@ ToolDomain::ToolDomain(const Scene& scene, const Tool& tool, const ObjectMesh& m
     if (std::min(tool.depth.value_or(T), T) < kMinExtent * tool.width) flag_reason_ = kShortExtent;
   }
   const bool has_four_nodes =
-      KindOf(scene).has_tets && scene.model.fem.element == FemOptions::Element::kTet4;
+      KindOf(scene).iterates && scene.model.fem.element == FemOptions::Element::kTet4;
   locks_ = has_four_nodes && scene.object.material.poisson_ratio >= kLocks;
   if (KindOf(scene).iterates && IsHyperelastic(scene.model.fem.law)) deepest_ = kDeepestByLaw;
   if (const auto* outline = std::get_if<BoundaryMesh>(&mesh)) outline_ = *outline;

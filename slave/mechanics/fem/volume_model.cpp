@@ -170,11 +170,14 @@ void VolumeModel::CorrectForMesh(std::size_t contact, const Contact& at,
   const MeshShare share =
       strain_.ShareNear(contact, {at.p_O / traits_.length_unit, width / traits_.length_unit}, u_,
                         work / (traits_.force_unit * traits_.length_unit));
-  if (at.kind == Contact::Kind::kDisplacement) {
-    Correct(EffectOf(share, traits_.nodes_per_element), response);
-  } else {
+  if (at.kind == Contact::Kind::kForce) {
     response->displacement_error += EffectOnLoad(share).error * response->displacement_O.norm();
+    return;
   }
+  const auto elements = traits_.nodes_per_element == 10 ? Elements::kTenNodes
+                        : traits_.has_pressure          ? Elements::kFourNodesMixed
+                                                        : Elements::kFourNodes;
+  Correct(EffectOf(share, elements), response);
 }
 
 // Returns why the last answer is extrapolated; empty: it is not, except for reasons of single

@@ -99,11 +99,11 @@ const Bending& BendingTable::Learn(int triangle, double width, RestFactor* facto
     if (!(compliance > 0)) continue;  // fixed by a support
     for (auto& moved : u) moved *= kSmall / compliance;
     entry.bending.softness[c] = strain_.Softness(u, nodes);
-    const MeshShare share =
+    const MeshShare near =
         strain_.ShareNear(0, {contact.p_O / stiffness_.length_unit, width / stiffness_.length_unit},
                           u, kSmall * kSmall / compliance);
-    entry.bending.shear[c] = share.shear;
-    entry.bending.volume[c] = share.volume;
+    entry.bending.shear[c] = near.shear;
+    entry.bending.volume[c] = near.volume;
   }
   entry.width = width;
   return entry.bending;

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "slave/mechanics/footprint/rim_share.h"
 #include "slave/mechanics/mesh_resolution.h"
 #include "slave/mesh/index.h"
 
@@ -14,9 +15,9 @@ bool MayReplaceReason(const ContactResponse& response) {
          (response.validity == Validity::kExtrapolated && response.flag_reason == kCoarsePatch);
 }
 
-std::string_view RemarkOf(const RestStiffness& stiffness, double nu) {
+std::string_view RemarkOf(const RestStiffness& stiffness) {
   if (stiffness.elements.nodes_per_element == 4) {
-    return nu >= kLocks ? kLocking : "linear tetrahedra are stiff in bending; small strains only";
+    return "linear tetrahedra are stiff in bending; small strains only";
   }
   return stiffness.has_pressure() ? "mixed pressure; small strains only" : "small strains only";
 }
@@ -35,22 +36,23 @@ FemGreenModel::FemGreenModel(const SolidMesh& mesh, const HeldNodes& held, doubl
                .larger_side = columns_.length_unit(),
                .range = options.range,
                .contact = options.contact,
-               .poisson_ratio = poisson_ratio}),
-      locks_(options.element == FemOptions::Element::kTet4 && poisson_ratio >= kLocks),
+               .poisson_ratio = poisson_ratio,
+               .springs =
+                   columns_.stiffness().kind() == Elements::kFourNodesMixed ? kSpringOfMixed : 1}),
       bending_(columns_.stiffness(), columns_.layout(), options.width, options.cache),
       displacement_unit_(1 / (young_modulus * columns_.length_unit())) {
   field_mesh_ = {.vertices = mesh.nodes, .tets = mesh.tets};
   // New contacts need the factor to assess the mesh there, so it is made in advance.
   if (!bending_.is_complete()) columns_.Factorise(progress);
-  Describe(options, poisson_ratio, mesh.tets.size());
+  Describe(options, mesh.tets.size());
 }
 
-void FemGreenModel::Describe(const Options& options, double poisson_ratio, std::size_t tets) {
+void FemGreenModel::Describe(const Options& options, std::size_t tets) {
   info_.kind = "fem-green";
   info_.dof = Index(columns_.order());
   info_.elements = static_cast<int>(tets);
   info_.range = options.range;
-  info_.remark = RemarkOf(columns_.stiffness(), poisson_ratio);
+  info_.remark = RemarkOf(columns_.stiffness());
   info_.update_us = MeasureUpdate();
   info_.memory_bytes = columns_.memory_bytes();
   NotePrecompute();
@@ -92,10 +94,6 @@ void FemGreenModel::AssessMesh(const ContactSlot& slot, const Contact& contact,
   const bool is_point = width == 0;
   const Eigen::Vector3d& force = response->force_O;
   const double largest = force.cwiseAbs().maxCoeff();
-  if (is_point && locks_ && MayReplaceReason(*response)) {
-    response->validity = Validity::kExtrapolated;
-    response->flag_reason = kLocking;
-  }
   if (!(largest > 0) || (is_point && !bending_.body_bends())) return;
   const Bending& bending = BendingOf(slot.footprint.triangle, width);
   // The means over the axes, weighted with the work of the force along each axis.
@@ -113,7 +111,7 @@ void FemGreenModel::AssessMesh(const ContactSlot& slot, const Contact& contact,
   if (slot.load >= 0) {
     response->displacement_error = EffectOnLoad(share).error * response->displacement_O.norm();
   } else {
-    Correct(EffectOf(share, nodes_per_element()), response);
+    Correct(EffectOf(share, columns_.stiffness().kind()), response);
   }
 }
 

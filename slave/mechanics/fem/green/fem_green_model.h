@@ -21,12 +21,12 @@
 
 namespace palpate {
 
-// Four-node tetrahedra lock as nu approaches 0.5, which the error of the force contains; at a point
-// their results are kExtrapolated from kLocks on. Ten-node ones have a pressure unknown from 0.4
-// on, and accept nu up to 0.5. Results are also kExtrapolated if a part bends too strongly for the
-// elements (BendingTable; the first contact on a triangle takes three more sparse solutions unless
-// they are in the cache). See SurfaceNodePlaces and ComplianceSolver. Pass `element` with p_O to
-// save time: without it the whole surface is searched for a changed position.
+// From nu = 0.4 on, up to 0.5, the pressure is an unknown (RestStiffness), and no element locks. The
+// forces of tools contain the error of the mesh (mesh_resolution.h). Results are kExtrapolated if a
+// part bends too strongly for the elements. Both are found at the first contact on a triangle by
+// three more sparse solutions, unless they are in the cache (BendingTable). See SurfaceNodePlaces
+// and ComplianceSolver. Pass `element` with p_O to save time: without it the whole surface is
+// searched for a changed position.
 class FemGreenModel final : public DeformationModel {
  public:
   struct Options {
@@ -58,21 +58,17 @@ class FemGreenModel final : public DeformationModel {
                         std::span<ContactResponse> responses) noexcept override;
   // Displacements of all nodes of the mesh, by one sparse solution.
   void ComputeDisplacements(std::vector<Eigen::Vector3d>* u_O) override;
-  void Describe(const Options& options, double poisson_ratio, std::size_t tets);
+  void Describe(const Options& options, std::size_t tets);
   [[nodiscard]] double MeasureUpdate();
   void AssessMesh(std::span<const Contact> contacts, std::span<ContactResponse> responses);
   void AssessMesh(const ContactSlot& slot, const Contact& contact, ContactResponse* response);
 
-  [[nodiscard]] int nodes_per_element() const {
-    return columns_.stiffness().elements.nodes_per_element;
-  }
   const Bending& BendingOf(int triangle, double width);
 
   SurfaceMesh surface_;
   GreenColumns columns_;
   SurfaceNodePlaces places_;
   ComplianceSolver solver_;
-  bool locks_ = false;
   BendingTable bending_;
   double displacement_unit_ = 0;  // of a unit force in newtons: 1 / (E length unit) [m/N]
 };

@@ -37,6 +37,10 @@ struct RestStiffness {
   std::uint64_t inputs = 0;  // hash of all that it was assembled from
 
   [[nodiscard]] bool has_pressure() const { return regularised.rows() > 0; }
+  [[nodiscard]] Elements kind() const {
+    if (elements.nodes_per_element == 10) return Elements::kTenNodes;
+    return has_pressure() ? Elements::kFourNodesMixed : Elements::kFourNodes;
+  }
   // The displacement of every node of the elements, as far as it is free, from a solution's rows.
   void Spread(const Eigen::Ref<const Eigen::VectorXd>& x, std::vector<Eigen::Vector3d>* u) const;
 };
