@@ -39,7 +39,11 @@ constexpr double kGuess =
 // where the pressure is smallest]
 constexpr std::size_t kFewestUnderRound = 3;
 constexpr double kSpreadUnderRound = 0.5;
-constexpr int kBlocks = 3;       // rounds in which all places change though no fewer are wrong
+constexpr int kBlocks = 3;  // rounds in which all places change though no fewer are wrong
+// Rounds in which places are released. A bonded place may pull where it touches and penetrate where
+// it does not: it then touches. Its pull is accepted up to this part of the tool's force.
+constexpr int kReleasing = 30;
+constexpr double kSmallPull = 0.01;
 constexpr int kMaxRounds = 100;  // of the search for the places that touch
 
 // Compliance of a boundary element's spring, times Young's modulus and the thickness [-]. The
@@ -261,15 +265,15 @@ bool ComplianceSolver::FactoriseTouching() {
 // Finds the forces and, with tools, the places that touch. False: the matrix is singular.
 bool ComplianceSolver::Settle(std::span<const Contact> contacts) {
   factored_ = !StartTouching(contacts) && factored_;
-  is_settled_ = true;
   fewest_infeasible_ = std::numeric_limits<std::size_t>::max();
   blocks_left_ = kBlocks;
   for (int round = 0;; ++round) {
+    is_settled_ = true;
     if (!factored_ && !FactoriseTouching()) return false;
     factored_ = true;
     if (!has_tools_) break;
     SolveForces();
-    if (!FindInfeasible()) break;
+    if (!FindInfeasible(round < kReleasing)) break;
     if (round == kMaxRounds) {
       is_settled_ = false;
       break;
@@ -324,20 +328,28 @@ void ComplianceSolver::GuessTouching(std::size_t contact) {
   }
 }
 
-// Finds the places that pull or penetrate their tool; false: there are none.
-bool ComplianceSolver::FindInfeasible() {
+// Finds the places that penetrate their tool or, if they are to be released, pull; false: there are
+// none.
+bool ComplianceSolver::FindInfeasible(bool releases) {
   infeasible_.clear();
   for (std::size_t i = 0; i < tools_.size(); ++i) {
     const ContactSlot& slot = set_.slots()[i];
     if (!slot.is_tool() || tools_[i].touching != Touching::kSome) continue;
     const Vector3d& n = slot.footprint.normal_O;
     double largest = 0;
-    for (const auto& u : UnknownsOf(slot)) largest = std::max(largest, std::abs(n.dot(ForceOf(u))));
+    double pulling = 0, pushing = 0;
+    for (const auto& u : UnknownsOf(slot)) {
+      const double along = n.dot(ForceOf(u));
+      largest = std::max(largest, std::abs(along));
+      (along > 0 ? pulling : pushing) += std::abs(along);
+    }
+    is_settled_ = is_settled_ && (releases || pulling <= kSmallPull * pushing);
     for (std::size_t k = 0; k < Index(slot.unknowns); ++k) {
       const std::size_t number = Index(slot.unknown) + k;
       const ForceUnknown& u = set_.unknowns()[number];
       if (touches_[number] != 0) {
-        if (n.dot(ForceOf(u)) > kSlack * largest) infeasible_.push_back(number);
+        const bool pulls = releases && n.dot(ForceOf(u)) > kSlack * largest;
+        if (pulls) infeasible_.push_back(number);
         continue;
       }
       const double least = tools_[i].depth - slot.footprint.holds[Index(u.hold)].gap / length_unit_;

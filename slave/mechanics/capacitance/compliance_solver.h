@@ -16,7 +16,7 @@
 // Which places touch is found by block principal pivoting: all places that pull are released, all
 // that penetrate are touched, and if their number does not fall only one of them, which ends after
 // finitely many rounds without friction (Judice and Pires, Comput. Oper. Res. 21, 1994). Bonded
-// places follow the same rule, without a proof.
+// places follow the same rule, without a proof; after kReleasing rounds none is released any more.
 //
 // Source: capacitance matrix of James and Pai (2003); paper A, eqs. (5)-(7), in the form of a
 // compliance. ContactPlaces finds the places of a contact, so the same solver serves surface nodes
@@ -103,7 +103,7 @@ class ComplianceSolver {
   bool Settle(std::span<const Contact> contacts);
   bool StartTouching(std::span<const Contact> contacts);
   void GuessTouching(std::size_t tool);
-  bool FindInfeasible();
+  bool FindInfeasible(bool releases);
   void SwitchInfeasible();
   [[nodiscard]] double DisplacementAlong(const Eigen::Vector3d& n, const ForceUnknown& at) const;
   // The part of a tool's displacement that a place follows.
