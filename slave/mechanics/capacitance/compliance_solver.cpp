@@ -298,9 +298,12 @@ bool ComplianceSolver::StartTouching(std::span<const Contact> contacts) {
     double nearest = std::numeric_limits<double>::infinity();
     for (const ToolHold& hold : slot.footprint.holds) nearest = std::min(nearest, hold.gap);
     const bool presses = tool.depth > 0;
-    const Touching touching = presses && nearest < tool.depth * length_unit_ ? Touching::kSome
-                              : presses || is_round                          ? Touching::kNearest
-                                                                             : Touching::kAll;
+    // The places of a wider disc stand for the tool as a whole.
+    const bool is_whole = slot.footprint.reach > 0;
+    const Touching touching = is_whole                                         ? Touching::kAll
+                              : presses && nearest < tool.depth * length_unit_ ? Touching::kSome
+                              : presses || is_round                            ? Touching::kNearest
+                                                                               : Touching::kAll;
     if (is_round && !presses) {
       const auto components = Index(compliance_.components());
       std::fill_n(values_.begin() + static_cast<long>(components * i), components, 0.0);

@@ -19,16 +19,21 @@ namespace {
 using Eigen::Vector3d;
 
 // Tolerances as in disc_patch.cpp.
-constexpr double kOnNode = 1e-6;   // of the diagonal
-constexpr double kSlack = 1e-9;    // relative, of the patch's radius
-constexpr double kSameSide = 0.5;  // cosine of the angle between normals
-constexpr double kOnEdge = 1e-9;   // barycentric weight
-constexpr double kWider = 1.15;    // ratio of successive trial discs
-constexpr double kPlane = 0.01;    // of a disc's area and rim
-constexpr double kDeeper = 1.25;   // than the depth: more places than a round tool touches
+constexpr double kOnNode = 1e-6;    // of the diagonal
+constexpr double kSlack = 1e-9;     // relative, of the patch's radius
+constexpr double kSameSide = 0.5;   // cosine of the angle between normals
+constexpr double kOnEdge = 1e-9;    // barycentric weight
+constexpr double kWider = 1.15;     // ratio of successive trial discs
+constexpr double kPlane = 0.01;     // of a disc's area and rim
+constexpr double kManyNodes = 1.5;  // of the fewest under a tool: under one that is made wider
+constexpr double kDeeper = 1.25;    // than the depth: more places than a round tool touches
 // Nodes under a rigid tool below which its force is flagged. [measured: rim_share.h; a sphere's
 // force changes by a tenth with one node more or less]
 constexpr std::size_t kFewestUnderTool = 6, kFewestUnderTool10 = 19, kFewestUnderSphere = 8;
+
+// Ten-node tetrahedra act as a narrower face, by this part of a mid-edge node's part radius.
+// [measured: bonded and sliding discs on boxes, 2 to 5 elements across, 1 to 6 % too soft]
+constexpr double kWiderByPart = 0.15;
 
 constexpr std::string_view kNoNormal = "the surface has no normal there";
 
@@ -333,8 +338,8 @@ void SurfaceFootprints::HoldUnder(const Contact& contact, double width,
       const Part part = PartOf(node, axis);
       if (part.radius == 0) continue;
       const Vector3d centre = from + part.centre;
-      const double share =
-          ShareUnderDisc(width / 2, part.radius, (centre - axis.dot(centre) * axis).norm());
+      const double share = ShareUnderDisc(width / 2 + (quarters_ ? kWiderByPart * part.radius : 0),
+                                          part.radius, (centre - axis.dot(centre) * axis).norm());
       if (share < kLeastShare) continue;
       footprint->places.push_back({node, share});
       footprint->holds.push_back({std::max(0.0, -height), share, part.radius});
@@ -408,7 +413,7 @@ bool SurfaceFootprints::WidenTool(const Contact& contact, ContactFootprint* foot
     FindPatch(footprint->at, wider.p_O, width);
     if (!IsWholeAndPlane(width) || HoldsPatch()) return false;
     HoldUnder(wider, width, footprint);
-    if (NodesUnder(*footprint) < static_cast<double>(footprint->fewest)) continue;
+    if (NodesUnder(*footprint) < kManyNodes * static_cast<double>(footprint->fewest)) continue;
     footprint->reach = width / 2;
     footprint->narrower = 2 / contact.width - 2 / width;
     return true;
@@ -447,7 +452,10 @@ std::string_view SurfaceFootprints::OnTool(const Contact& contact, bool whole,
       HoldUnder(contact, contact.width, footprint);
     }
     if (is_coarse && footprint->reach == 0) {
-      footprint->patch_error = FewTouchedError(NodesUnder(*footprint), footprint->fewest, false);
+      const double nodes = NodesUnder(*footprint);
+      // Springs alone are much too soft.
+      footprint->patch_error = nodes < 1 ? std::numeric_limits<double>::infinity()
+                                         : FewTouchedError(nodes, footprint->fewest, false);
     }
     if (footprint->places.empty()) {  // between the nodes' parts
       int nearest = 0;

@@ -122,7 +122,9 @@ TEST(FemGreenModel, AFirstContactOnASlenderBodyTakesNoMemory) {
   std::array<ContactResponse, 1> response;
   const Contact first = Move({0.25 / 3, 0.01, 0.02}, down, options.width);
   model.Respond({&first, 1}, response);
-  for (const double x : {0.1 / 3, 0.2 / 3, 0.05}) {  // no more nodes under the tool
+  const Contact second = Move({0.1 / 3, 0.01, 0.02}, down, options.width);
+  model.Respond({&second, 1}, response);
+  for (const double x : {0.2 / 3, 0.05}) {  // no more nodes under the tool
     const Contact next = Move({x, 0.01, 0.02}, down, options.width);
     const long before = AllocationCount();
     model.Respond({&next, 1}, response);
