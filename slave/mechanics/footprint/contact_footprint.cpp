@@ -19,14 +19,13 @@ namespace {
 using Eigen::Vector3d;
 
 // Tolerances as in disc_patch.cpp.
-constexpr double kOnNode = 1e-6;    // of the diagonal
-constexpr double kSlack = 1e-9;     // relative, of the patch's radius
-constexpr double kSameSide = 0.5;   // cosine of the angle between normals
-constexpr double kOnEdge = 1e-9;    // barycentric weight
-constexpr double kWider = 1.15;     // ratio of successive trial discs
-constexpr double kPlane = 0.01;     // of a disc's area and rim
-constexpr double kManyNodes = 1.5;  // of the fewest under a tool: under one that is made wider
-constexpr double kDeeper = 1.25;    // than the depth: more places than a round tool touches
+constexpr double kOnNode = 1e-6;   // of the diagonal
+constexpr double kSlack = 1e-9;    // relative, of the patch's radius
+constexpr double kSameSide = 0.5;  // cosine of the angle between normals
+constexpr double kOnEdge = 1e-9;   // barycentric weight
+constexpr double kWider = 1.15;    // ratio of successive trial discs
+constexpr double kPlane = 0.01;    // of a disc's area and rim
+constexpr double kDeeper = 1.25;   // than the depth: more places than a round tool touches
 // Nodes under a rigid tool below which its force is flagged. [measured: rim_share.h; a sphere's
 // force changes by a tenth with one node more or less]
 constexpr std::size_t kFewestUnderTool = 6, kFewestUnderTool10 = 19, kFewestUnderSphere = 8;
@@ -413,7 +412,7 @@ bool SurfaceFootprints::WidenTool(const Contact& contact, ContactFootprint* foot
     FindPatch(footprint->at, wider.p_O, width);
     if (!IsWholeAndPlane(width) || HoldsPatch()) return false;
     HoldUnder(wider, width, footprint);
-    if (NodesUnder(*footprint) < kManyNodes * static_cast<double>(footprint->fewest)) continue;
+    if (NodesUnder(*footprint) < static_cast<double>(footprint->fewest)) continue;
     footprint->reach = width / 2;
     footprint->narrower = 2 / contact.width - 2 / width;
     return true;
