@@ -76,9 +76,10 @@ struct ContactResponse {
   // model or the mesh does not resolve how the force is distributed over the contact.
   std::optional<Eigen::Vector3d> moment_O{};
   double moment_sigma = 0;  // standard deviation of the moment due to the mesh [N m]
-  // Estimated error of the force [N], or of the displacement under a load [m], without the error of
-  // the mesh; 0: not estimated. It is not a bound.
+  // Estimated error of the force [N], or of the displacement under a load [m]: of the solution, and
+  // of the mesh where the contact has a width; 0: not estimated. It is not a bound.
   double force_error = 0, displacement_error = 0;
+  double mesh_factor = 1;  // by which the force was corrected for the mesh (mesh_resolution.h) [-]
   // The response is that of a disc of the contact's width, although the mesh has no such disc.
   bool takes_width = false;
   int touching = 0;  // nodes or elements that a rigid tool touches; 0: no tool, or not counted

@@ -213,6 +213,7 @@ MeshEffect EffectOf(const MeshShare& share, Elements elements) noexcept {
 
 void Correct(const MeshEffect& effect, ContactResponse* response) noexcept {
   const double rest = 1 - std::clamp(effect.excess, -kMostExcess, kMostExcess);
+  response->mesh_factor = rest;
   response->force_O *= rest;
   response->stiffness_O *= rest;
   if (response->moment_O) *response->moment_O *= rest;

@@ -4,7 +4,7 @@
 //   flat     a contact of the tool's width, on plates a rigid face or an even load
 //   round    bem2d, fem, fem-green: a contact that grows with the depth (Contact::radius)
 //            plate, plate-large: a point, see kPointOnPlate
-//   fem computes other shapes, and tools that slip, itself (tool_contact.h)
+//   fem at rest with four-node tetrahedra computes every tool itself (tool_contact.h)
 #pragma once
 
 #include <optional>

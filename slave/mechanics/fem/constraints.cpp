@@ -16,6 +16,7 @@ using Eigen::Vector3d;
 constexpr double kNoWeight = 1e-9;  // sum of squared weights of a point
 constexpr int kMaxMotions = 24;
 constexpr double kFreeMotionShift = 1e-5;  // keeps the factor definite
+constexpr double kLiftRounding = 1e-14;    // [larger sides]
 
 // Returns for component `c` the sum of squared weights, and the weighted sum of `x`.
 std::pair<double, double> Weigh(const HeldComponents::Sum& sum, const NodeVector& x, int c) {
@@ -143,10 +144,11 @@ double Constraints::Lift(const NodeVector& u, double share, NodeVector& lift) co
     Vector3d change = at.target - Eigen::Map<const Vector3d>(At(u, at.node).v);
     if (!at.sticks) change = at.normal.dot(change) * at.normal;
     Eigen::Map<Vector3d>(At(lift, at.node).v) = change;
-    largest = std::max(largest, change.cwiseAbs().maxCoeff());
+    const double size = change.cwiseAbs().maxCoeff();
+    if (size > at.slack) largest = std::max(largest, size);
   }
   RemoveMotions(lift);
-  return largest;
+  return largest > kLiftRounding ? largest : 0;
 }
 
 void Constraints::HeldPart(const NodeVector& u, NodeVector& held) const noexcept {

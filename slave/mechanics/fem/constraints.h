@@ -41,6 +41,7 @@ struct TouchedNode {
   bool sticks = false;
   Eigen::Vector3d normal{0, 0, 1};  // unit
   Eigen::Vector3d target{0, 0, 0};
+  double slack = 0;  // accepted distance from the target
 };
 
 class Constraints {
@@ -71,7 +72,8 @@ class Constraints {
   [[nodiscard]] bool Move(int k, const Eigen::Vector3d& displacement);
 
   // lift = the smallest change of u that brings the contacts to `share` of their prescribed
-  // displacement, without free motions. Returns its largest component.
+  // displacement, without free motions. Returns its largest component beyond what touched nodes may
+  // have, and beyond rounding.
   double Lift(const NodeVector& u, double share, NodeVector& lift) const noexcept;
   // held = the part of u that contacts prescribe, which P removes together with that of supports.
   void HeldPart(const NodeVector& u, NodeVector& held) const noexcept;

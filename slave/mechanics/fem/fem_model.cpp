@@ -130,8 +130,10 @@ FemModel::FemModel(const SolidMesh& mesh, const HeldNodes& held, const Params& p
     equilibrium_.emplace(body_, fem::StaticEquilibrium::Params{options.residual, Linear(options),
                                                                params.deadline, progress});
   }
-  if (params.contact != ContactLaw::kBonded || params.tool.shape != Tool::Shape::kFlat) {
-    tools_.emplace(mesh, body_, constraints_);
+  if (equilibrium_) {
+    tools_.emplace(mesh, params.material.poisson_ratio, body_, constraints_);
+    const bool is_free = !constraints_.FindFreeMotions() || constraints_.has_free_motions();
+    holds_patches_ = is_free && params.contact == ContactLaw::kBonded;
   }
   Reset();
   Describe();
@@ -188,8 +190,15 @@ void FemModel::Rest() {
 }
 
 bool FemModel::IsTool(const Contact& contact) const {
-  return tools_ && contact.kind == Contact::Kind::kDisplacement &&
-         (contact.width > 0 || params_.tool.shape != Tool::Shape::kFlat);
+  if (!tools_ || contact.kind != Contact::Kind::kDisplacement) return false;
+  const bool is_shaped = contact.radius > 0 || params_.tool.shape != Tool::Shape::kFlat;
+  return is_shaped || (contact.width > 0 && !holds_patches_);
+}
+
+Tool FemModel::ToolAt(const Contact& contact) const {
+  Tool tool = params_.tool;
+  if (contact.radius > 0) tool = {.shape = Tool::Shape::kRound, .radius = contact.radius};
+  return tool;
 }
 
 bool FemModel::Hold(std::span<const Contact> contacts) {
@@ -199,6 +208,7 @@ bool FemModel::Hold(std::span<const Contact> contacts) {
   int holds = 0;
   for (std::size_t k = 0; k < contacts.size(); ++k) {
     if (contacts[k].kind != Contact::Kind::kDisplacement || IsTool(contacts[k])) continue;
+    if (contacts[k].radius > 0) return Fail("a round tool: expected a model at rest");
     hold_[k] = holds++;
     moved_ = places()[k].nodes;
     for (PlaceWeight& node : moved_) node.place = body_.Number(node.place);
@@ -238,7 +248,8 @@ bool FemModel::HoldTools(std::span<const Contact> contacts) {
     const double friction = params_.contact == ContactLaw::kBonded
                                 ? std::numeric_limits<double>::infinity()
                                 : params_.friction;
-    touches.push_back({params_.tool, contacts[k].p_O, contacts[k].width, friction});
+    touches.push_back(
+        {ToolAt(contacts[k]), contacts[k].p_O, contacts[k].width, contacts[k].radius, friction});
   }
   const bool is_free = !touches.empty() && constraints_.has_free_motions();
   if (!is_free && tools_->Set(touches)) return true;
@@ -262,7 +273,8 @@ bool FemModel::SolveUnder(std::span<const Contact> contacts) {
 }
 
 // Moves the tools in increments and accepts each, so that friction follows the path. An increment
-// without equilibrium is halved. After the deadline the rest of the path is one increment.
+// without equilibrium is halved. After the deadline the rest of the path is one increment, and the
+// answer is flagged.
 bool FemModel::MoveTools(std::span<const Contact> contacts) {
   double parts = 1;
   for (std::size_t k = 0; k < contacts.size(); ++k) {
@@ -273,9 +285,15 @@ bool FemModel::MoveTools(std::span<const Contact> contacts) {
   }
   const double least = kMinIncrement / parts;
   double done = 0, part = 1 / parts;
+  jumped_ = false;
+  equilibrium_->Keep();
+  tools_->Keep();
+  kept_ = accepted_;
   equilibrium_->Begin();
   while (done < 1) {
-    const double next = done + part > 1 - 0.5 * least || equilibrium_->late() ? 1 : done + part;
+    const bool is_last = done + part > 1 - 0.5 * least;
+    jumped_ = jumped_ || (!is_last && equilibrium_->late());
+    const double next = is_last || jumped_ ? 1 : done + part;
     if (!Prescribe(contacts, next)) return Fail("a contact moves fixed nodes");
     if (equilibrium_->Increment(f_ext_, constraints_, *tools_)) {
       tools_->Accept(equilibrium_->displacement(), equilibrium_->reaction());
@@ -284,15 +302,22 @@ bool FemModel::MoveTools(std::span<const Contact> contacts) {
     }
     part /= 2;
     if (!equilibrium_->interrupted() && part >= least) continue;
-    for (std::size_t k = 0; k < contacts.size(); ++k) {
-      Vector3d& accepted = accepted_[k].prescribed_O;
-      accepted += done * (contacts[k].prescribed_O - accepted);
-    }
+    TakeBack();
     return Fail(equilibrium_->interrupted() ? "interrupted" : "no equilibrium was found");
   }
-  equilibrium_->End(constraints_);
+  equilibrium_->End(constraints_, *tools_);
+  tools_->Accept(equilibrium_->displacement(), equilibrium_->reaction());
+  tools_->EstimateErrors(equilibrium_->reaction_error(), equilibrium_->displacement_error());
   for (std::size_t k = 0; k < contacts.size(); ++k) accepted_[k] = contacts[k];
   return true;
+}
+
+void FemModel::TakeBack() {
+  if (stepper_) return stepper_->TakeBack();
+  if (!follows_path()) return;
+  equilibrium_->TakeBack();
+  tools_->TakeBack();
+  accepted_ = kept_;
 }
 
 // False: a contact moves a fixed node.
@@ -325,7 +350,7 @@ VolumeModel::Inversion FemModel::FindInversion() const {
 double FemModel::ErrorOf(std::size_t contact) const {
   if (params_.options.law != FemOptions::Law::kNeoHookean) return 0;
   if (tool_[contact] >= 0) {
-    return tools_->at(tool_[contact]).ForceOf(equilibrium_->reaction_error()).norm();
+    return tools_->at(tool_[contact]).error();
   }
   if (hold_[contact] >= 0) {
     return constraints_.Sum(hold_[contact], equilibrium_->reaction_error()).norm();

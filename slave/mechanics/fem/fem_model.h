@@ -32,13 +32,14 @@ class FemModel final : public VolumeModel {
     // For static models: time after which an update returns its present result, as `extrapolated`
     // unless it reached the residual [s]. One step is always made. 0: no limit.
     double deadline = 0;
-    // For static models. Without bonding, moving contacts that have a width or are not flat are
-    // rigid tools that first touch at p_O. The set of nodes that touch them changes. With friction
-    // their force depends on their path, which is assumed straight between two queries. The body
-    // must then be fixed by supports.
+    // For static models. Moving contacts that have a width or a radius, or any if `tool` is not
+    // flat, are rigid tools that first touch at p_O. The set of nodes that touch them changes.
+    // Bonded: nodes that touch stick until they are pulled. Their force depends on their path,
+    // which is assumed straight between two queries. The body must be fixed by supports, else a
+    // flat bonded tool moves its patch as a whole, as in motion.
     ContactLaw contact = ContactLaw::kBonded;
     double friction = 0;  // Coulomb's coefficient, with kFriction [-]
-    Tool tool{};
+    Tool tool{};          // of contacts without a radius
   };
 
   // `held`: the components that supports fix, per node. Nodes without an element stay in place.
@@ -63,9 +64,7 @@ class FemModel final : public VolumeModel {
   void Rest() override;
   bool Hold(std::span<const Contact> contacts) override;
   bool SolveUnder(std::span<const Contact> contacts) override;
-  void TakeBack() override {
-    if (stepper_) stepper_->TakeBack();
-  }
+  void TakeBack() override;
   [[nodiscard]] Eigen::Vector3d DisplacementAt(int node) const override {
     return VectorAt(stepper_ ? stepper_->displacement() : equilibrium_->displacement(), node);
   }
@@ -78,9 +77,9 @@ class FemModel final : public VolumeModel {
   [[nodiscard]] Inversion FindInversion() const override;
   [[nodiscard]] double ErrorOf(std::size_t contact) const override;
   [[nodiscard]] bool ended_early() const override {
-    return equilibrium_ && equilibrium_->ended_early();
+    return equilibrium_ && (equilibrium_->ended_early() || jumped_);
   }
-  [[nodiscard]] bool follows_path() const override { return tools_.has_value(); }
+  [[nodiscard]] bool follows_path() const override { return tools_ && !tools_->empty(); }
   [[nodiscard]] bool gained_energy() const override {
     return stepper_ && stepper_->gained_energy();
   }
@@ -88,6 +87,7 @@ class FemModel final : public VolumeModel {
     return tool_[contact] >= 0 ? &tools_->at(tool_[contact]) : nullptr;
   }
   [[nodiscard]] bool IsTool(const Contact& contact) const;
+  [[nodiscard]] Tool ToolAt(const Contact& contact) const;
   bool HoldTools(std::span<const Contact> contacts);
   bool MoveTools(std::span<const Contact> contacts);
   // Prescribes the contacts interpolated between the last accepted ones (`part` 0) and the new ones
@@ -117,7 +117,9 @@ class FemModel final : public VolumeModel {
   std::optional<fem::ToolContacts> tools_;
   std::vector<int> tool_;  // per contact: its number in tools_; -1: none
   // Last prescribed contacts, if there are tools.
-  std::vector<Contact> accepted_, former_;
+  std::vector<Contact> accepted_, former_, kept_;
+  bool jumped_ = false;             // the deadline left the rest of a path to one increment
+  bool holds_patches_ = false;      // flat bonded tools move their patch as a whole
   std::vector<PlaceWeight> moved_;  // scratch: a contact's nodes by their numbers in the body
 };
 

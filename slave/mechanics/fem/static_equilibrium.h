@@ -2,7 +2,7 @@
 // a line search on the potential energy finds it. It uses the exact tangent of the neo-Hookean law,
 // and the warped one of other laws. A query starts from a prediction: the combination of the last
 // motions of the body that moves the contacts most nearly as they move now. With one step per query
-// the error is then small.
+// the error is then small. One more linear solution corrects it, and what that leaves is estimated.
 #pragma once
 
 #include <array>
@@ -44,9 +44,13 @@ class StaticEquilibrium {
   // end of the increment, and End after the last one. The contact of the tools is updated between
   // the steps. False: no equilibrium was found, and the last one is kept.
   void Begin() noexcept;
+  // Stores the equilibrium, and returns to the stored one.
+  void Keep() noexcept { kept_u_ = u_; }
+  void TakeBack() noexcept;
   bool Increment(const NodeVector& f_ext, const Constraints& constraints,
                  ToolContacts& tools) noexcept;
-  void End(const Constraints& constraints) noexcept { EstimateError(constraints); }
+  // Corrects the last increment, which the tools have accepted.
+  void End(const Constraints& constraints, ToolContacts& tools) noexcept;
   [[nodiscard]] bool late() const noexcept { return progress_.late(); }
 
   [[nodiscard]] bool interrupted() const { return progress_.stopped(); }
@@ -56,8 +60,8 @@ class StaticEquilibrium {
   [[nodiscard]] const ElementSummary& summary() const { return summary_; }
   [[nodiscard]] double residual() const { return relative_residual_; }
   [[nodiscard]] bool ended_early() const { return ended_early_; }  // because of the deadline
-  // First-order errors estimated from the residual of the last query with the neo-Hookean law: of
-  // the displacements, and of the nodal forces of contacts and supports.
+  // Errors estimated for the last query with the neo-Hookean law: of the displacements, and of the
+  // nodal forces of contacts and supports.
   [[nodiscard]] const NodeVector& displacement_error() const { return x_; }
   [[nodiscard]] const NodeVector& reaction_error() const { return trial_; }
   // Counts of the last query: steps of Newton's method, iterations of their linear systems.
@@ -77,9 +81,9 @@ class StaticEquilibrium {
   bool LetsGo(const Constraints& constraints) noexcept;
   void Predict(const Constraints& constraints) noexcept;
   void LearnMotion(const Constraints& constraints) noexcept;
-  void EstimateError(const Constraints& constraints) noexcept;
-  [[nodiscard]] double GapTolerance()
-      const;  // accepted distance of contacts from their prescribed places [m]
+  bool Correct(const Constraints& constraints) noexcept;
+  void LoadTools() noexcept;
+  double FindGapsAndResidual(const Constraints& constraints) noexcept;
   [[nodiscard]] double TargetResidual() const;  // at which Newton's method ends
   enum class With { kForces, kTangent };
   void Update(With with) noexcept;
@@ -101,7 +105,8 @@ class StaticEquilibrium {
   bool is_near_ = false;        // the tangent is that of u_ or of the step before
   bool keeps_tangent_ = false;  // one more step uses the tangent of an earlier u
   bool is_predicted_ = false;   // the step of the query is small
-  NodeVector u_, last_u_, good_u_, f_ext_, last_f_, f_int_, r_, x_, lift_, trial_, reaction_;
+  NodeVector u_, last_u_, good_u_, f_ext_, last_f_, f_int_, r_, x_, lift_, trial_, reaction_,
+      kept_u_, gap_force_, last_reaction_;
   // Motion of a query: of all nodes, and of the nodes that contacts prescribe.
   struct Motion {
     NodeVector body, contacts;

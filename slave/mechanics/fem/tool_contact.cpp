@@ -5,6 +5,7 @@
 
 #include <Eigen/Geometry>
 
+#include "slave/mechanics/footprint/rim_share.h"
 #include "slave/mesh/index.h"
 
 namespace palpate::fem {
@@ -12,7 +13,6 @@ namespace {
 
 using Eigen::Vector3d;
 
-constexpr double kRim = 1e-9;  // tolerance of the rim relative to a flat tool's extent
 constexpr double kMargin = 2;  // distance from the tool up to which nodes are examined [edges]
 // Stiffness due to the rotation of friction, relative to that of the node.
 constexpr double kMaxTurning = 3;
@@ -21,6 +21,11 @@ constexpr int kMaxChanges = 25;  // changes of contact in one increment
 // This is slower, but converges for nodes that alternate between sticking and slipping.
 constexpr int kDamped = 10;
 constexpr double kMinSlack = 1e-9;
+// Share of the error at a touch that stays in the place where the node sticks [-]. [measured:
+// bench_organ]
+constexpr double kStays = 0.15;
+// Smallest way on which the tolerance of gaps is based, relative to the depth [-].
+constexpr double kLeastWay = 1e-3;
 
 Vector3d AtNode(const NodeVector& of, int node) {
   return Eigen::Map<const Vector3d>(At(of, node).v);
@@ -32,12 +37,15 @@ Vector3d Across(const Vector3d& normal, const Vector3d& of) {
 }  // namespace
 
 ToolContact::ToolContact(const Tool& tool, const Placement& placement, double friction,
-                         std::span<const TouchableNode> surface)
-    : tool_(tool), placement_(placement), friction_(friction), surface_(surface) {
+                         double poisson_ratio, std::span<const TouchableNode> surface)
+    : tool_(tool),
+      placement_(placement),
+      friction_(friction),
+      poisson_ratio_(poisson_ratio),
+      surface_(surface) {
   const auto away = [&](const TouchableNode& at) { return (at.rest - placement.p).squaredNorm(); };
   edge_ = surface.empty() ? 0 : std::ranges::min_element(surface, {}, away)->edge;
-  points_.reserve(surface.size());
-  accepted_.reserve(surface.size());
+  for (auto* points : {&points_, &accepted_.points, &kept_.points}) points->reserve(surface.size());
 }
 
 bool ToolContact::settles() const {
@@ -45,49 +53,66 @@ bool ToolContact::settles() const {
 }
 
 void ToolContact::Reset() noexcept {
-  accepted_displacement_.setZero();
   displacement_.setZero();
-  accepted_.clear();
   points_.clear();
-  force_.setZero();
-  moment_.setZero();
-  touching_ = 0;
-  reach_ = 0;
+  accepted_.points.clear();
+  accepted_.displacement.setZero();
+  accepted_.force.setZero();
+  accepted_.moment.setZero();
+  accepted_.touching = 0;
+  accepted_.reach = accepted_.error = accepted_.error_at_touch = 0;
+  accepted_.touches_anew = false;
   shares_ = false;
+}
+
+void ToolContact::TakeBack() noexcept {
+  accepted_ = kept_;
+  points_ = kept_.points;
+  displacement_ = kept_.displacement;
 }
 
 // Returns the centre of the tool's sphere nearest to `x`; a capsule has one at each point of its
 // axis.
-Vector3d ToolContact::CentreNear(const Vector3d& x) const noexcept {
-  const Vector3d centre = placement_.p + displacement_ + tool_.radius * placement_.normal;
+Vector3d ToolContact::CentreNear(const Vector3d& x, const Vector3d& displacement) const noexcept {
+  const Vector3d centre = placement_.p + displacement + tool_.radius * placement_.normal;
   if (tool_.shape != Tool::Shape::kCapsule) return centre;
   const double half = 0.5 * tool_.length;
   return centre + std::clamp(tool_.axis_O.dot(x - centre), -half, half) * tool_.axis_O;
 }
 
-bool ToolContact::IsUnderFace(const Vector3d& from_apex) const noexcept {
+double ToolContact::DepthOf(const Vector3d& x, const Vector3d& displacement) const noexcept {
+  if (is_face()) return placement_.normal.dot(x - placement_.p - displacement);
+  return tool_.radius - (x - CentreNear(x, displacement)).norm();
+}
+
+// Returns the share of the node's part of the surface under a flat face; 1 under other tools.
+double ToolContact::ShareOf(const TouchableNode& at, const Vector3d& moved) const noexcept {
+  if (!is_face()) return 1;
+  const Vector3d from_apex = at.rest + moved - displacement_ - placement_.p;
   const Vector3d across = Across(placement_.normal, from_apex);
-  const double half_width = 0.5 * placement_.width * (1 + kRim);
-  if (tool_.shape == Tool::Shape::kFlat) return across.norm() <= half_width;
+  const double half_width = 0.5 * placement_.width;
+  if (tool_.shape == Tool::Shape::kFlat) return ShareUnderDisc(half_width, at.part, across.norm());
   const Vector3d along = Across(placement_.normal, tool_.axis_O).normalized();
-  const double x = across.dot(along);
-  return std::abs(x) <= 0.5 * tool_.length * (1 + kRim) &&
-         (across - x * along).norm() <= half_width;
+  const double x = along.dot(across), y = placement_.normal.cross(along).dot(across);
+  return ShareUnderRectangle(0.5 * tool_.length, half_width, at.part, x, y);
 }
 
 // Returns whether a node of the deformed body faces the tool and can reach it in this increment.
 bool ToolContact::IsNear(const TouchableNode& at, const Vector3d& moved) const noexcept {
+  const double margin = kMargin * at.edge + (displacement_ - accepted_.displacement).norm();
+  const Vector3d from_apex = at.rest + moved - displacement_ - placement_.p;
+  const double reach = (is_face() ? 0.5 * std::hypot(placement_.width, tool_.length)
+                                  : 2 * tool_.radius + 0.5 * tool_.length) +
+                       margin;
+  if (from_apex.squaredNorm() > 2 * reach * reach) return false;
   if (at.normal.dot(placement_.normal) <= 0) return false;
-  const double margin = kMargin * at.edge + (displacement_ - accepted_displacement_).norm();
-  const Vector3d x = at.rest + moved;
-  if (tool_.shape == Tool::Shape::kRound || tool_.shape == Tool::Shape::kCapsule) {
-    const Vector3d from = x - CentreNear(x);
+  if (!is_face()) {
+    const Vector3d x = at.rest + moved, from = x - CentreNear(x, displacement_);
     return placement_.normal.dot(from) < 0 && from.norm() <= tool_.radius + margin;
   }
-  // Uses the accepted state, so that a node at the rim does not change within one increment.
-  if (!IsUnderFace(at.rest + moved - accepted_displacement_ - placement_.p)) return false;
-  const double height = placement_.normal.dot(x - placement_.p - displacement_);
-  return std::abs(height) <= 0.5 * placement_.width + margin;
+  const double height = placement_.normal.dot(from_apex);
+  return std::abs(height) <= 0.5 * placement_.width + margin &&
+         Across(placement_.normal, from_apex).norm() <= reach;
 }
 
 void ToolContact::Begin(const Vector3d& displacement, const NodeVector& u) noexcept {
@@ -96,30 +121,47 @@ void ToolContact::Begin(const Vector3d& displacement, const NodeVector& u) noexc
   judged_ = changed_ = 0;
   shares_ = false;
   points_.clear();
-  auto known = accepted_.begin();
+  auto known = accepted_.points.begin();
   for (const TouchableNode& at : surface_) {
-    while (known != accepted_.end() && known->at < &at) ++known;
-    const bool is_known = known != accepted_.end() && known->at == &at;
+    while (known != accepted_.points.end() && known->at < &at) ++known;
+    const bool is_known = known != accepted_.points.end() && known->at == &at;
     const Vector3d moved = AtNode(u, at.node);
     if (!IsNear(at, moved)) continue;
     Point point;
     if (is_known) point = *known;
-    if (point.state != State::kSticks) point.anchor = moved - accepted_displacement_;
+    if (point.state == State::kApart || (point.state == State::kSlips && !IsAtRim(point))) {
+      point.anchor = moved - accepted_.displacement;
+    }
     point.at = &at;
+    point.before = moved;
+    point.depth_before = DepthOf(at.rest + moved, accepted_.displacement);
+    point.is_new = point.is_let_go = false;
     points_.push_back(point);
   }
 }
 
+bool ToolContact::IsAtRim(const Point& point) {
+  return point.share < kWholeShare;
+}
+
+Vector3d ToolContact::AnchorAt(const Point& point, const Vector3d& moved) const noexcept {
+  const double depth = DepthOf(point.at->rest + moved, displacement_), before = point.depth_before;
+  const Vector3d from = point.before - accepted_.displacement;
+  if (before >= 0 || !(depth > before)) return from;
+  const double part = std::min(1.0, before / (before - depth));
+  return (1 - part) * from + part * (moved - displacement_);
+}
+
 void ToolContact::FindGap(const NodeVector& u, Point* point) const noexcept {
-  const Vector3d apex = placement_.p + displacement_;
-  point->reached = true;
-  if (tool_.shape == Tool::Shape::kFlat || tool_.shape == Tool::Shape::kRectangle) {
+  const Vector3d moved = AtNode(u, point->at->node);
+  if (is_face()) {
+    point->reached = point->share > kLeastShare;
     point->normal = -placement_.normal;
-    point->least = point->normal.dot(apex - point->at->rest);
+    point->least = point->normal.dot(placement_.p + displacement_ - point->at->rest);
     return;
   }
-  const Vector3d at = point->at->rest + AtNode(u, point->at->node);
-  const Vector3d centre = CentreNear(at), from = at - centre;
+  const Vector3d at = point->at->rest + moved;
+  const Vector3d centre = CentreNear(at, displacement_), from = at - centre;
   const double distance = from.norm();
   // Nodes above the tool's centre are not pushed sideways.
   point->reached = distance > 0 && placement_.normal.dot(from) < 0;
@@ -127,12 +169,69 @@ void ToolContact::FindGap(const NodeVector& u, Point* point) const noexcept {
   point->least = tool_.radius + point->normal.dot(centre - point->at->rest);
 }
 
-Vector3d ToolContact::ForceOn(const Point& point, const NodeVector& reaction,
-                              const Vector3d& unit_friction) const noexcept {
+Vector3d ToolContact::ForceOn(const Point& point, const NodeVector& reaction) const noexcept {
   if (point.state == State::kApart) return Vector3d::Zero();
+  if (IsAtRim(point)) return point.spring;
   const Vector3d force = AtNode(reaction, point.at->node);
   if (point.state == State::kSticks) return force;
-  return point.normal.dot(force) * (point.normal + friction_ * unit_friction);
+  Vector3d direction = point.normal;
+  const double size = point.friction.norm();
+  if (size > 0) direction += friction_ / size * point.friction;
+  return point.normal.dot(force) * direction;
+}
+
+// The force of the spring of a node at the rim, which a return to Coulomb's cone limits. Before a
+// step has moved the nodes, those that touch stay as they are, with their last friction.
+ToolContact::State ToolContact::PushBySpring(const Vector3d& moved, Point* point) const noexcept {
+  const Vector3d& n = point->normal;
+  const State last = point->state;
+  const bool stays = is_first_ && last != State::kApart;
+  const double depth = point->least - n.dot(moved);
+  const Vector3d friction = Across(n, point->spring);
+  point->spring.setZero();
+  point->spring_stiffness.setZero();
+  if (!(depth > 0) && !stays) return State::kApart;
+  if (last == State::kApart) point->anchor = point->first_anchor, point->is_new = true;
+  const DiscCompliance compliance = SpringAtRim(poisson_ratio_, point->at->part, point->share);
+  const double normal = point->at->modulus / compliance.normal,
+               across = point->at->modulus / compliance.across;
+  point->spring = normal * depth * n;
+  point->spring_stiffness = normal * n * n.transpose();
+  if (!(friction_ > 0) || (std::isinf(friction_) && point->is_let_go)) return State::kSlips;
+  const Eigen::Matrix3d plane = Eigen::Matrix3d::Identity() - n * n.transpose();
+  const Vector3d held = across * Across(n, displacement_ + point->anchor - moved);
+  const double size = held.norm(), most = friction_ * normal * std::max(depth, 0.0);
+  if (stays ? last == State::kSticks : size <= most) {
+    point->spring += held;
+    point->spring_stiffness += across * plane;
+    return State::kSticks;
+  }
+  if (last == State::kApart || !(size > 0)) return State::kSlips;
+  const Vector3d along = held / size;
+  Vector3d next = stays ? friction : Vector3d(most * along);
+  if (judged_ > kDamped) next = 0.5 * (next + friction);
+  point->spring += next;
+  point->spring_stiffness += across * next.norm() / size * (plane - along * along.transpose());
+  return State::kSlips;
+}
+
+void ToolContact::UpdateSprings(const NodeVector& u) noexcept {
+  for (Point& point : points_) {
+    if (point.state == State::kApart || !IsAtRim(point)) continue;
+    const State next = PushBySpring(AtNode(u, point.at->node), &point);
+    if (next != State::kApart) point.state = next;
+  }
+}
+
+double ToolContact::UpdateShares(const NodeVector& u) noexcept {
+  double largest = 0;
+  for (Point& point : points_) {
+    if (point.state == State::kSticks) continue;
+    const double share = ShareOf(*point.at, AtNode(u, point.at->node));
+    if (point.state == State::kSlips) largest = std::max(largest, std::abs(share - point.share));
+    point.share = share;
+  }
+  return largest;
 }
 
 ToolContact::State ToolContact::Next(const NodeVector& u, const NodeVector& reaction,
@@ -150,7 +249,8 @@ ToolContact::State ToolContact::Next(const NodeVector& u, const NodeVector& reac
     if (pressed < -force_slack) return is_first_ ? point->state : State::kApart;
     pressed = std::max(pressed, 0.0);
   }
-  if (std::isinf(friction_)) return State::kSticks;
+  if (point->state == State::kApart) point->anchor = point->first_anchor, point->is_new = true;
+  if (std::isinf(friction_)) return point->is_let_go ? State::kSlips : State::kSticks;
   const Vector3d slid = Across(n, moved - displacement_ - point->anchor);
   Vector3d across = Across(n, force);
   // The displacement of a sticking node is not evaluated before a step has moved it.
@@ -190,31 +290,47 @@ bool ToolContact::UpdateTouching(const NodeVector& u, const NodeVector& reaction
   is_first_ = !steps;
   double largest = 0;
   for (Point& point : points_) {
+    if (!steps && (point.state == State::kApart || point.is_new)) {
+      point.first_anchor = AnchorAt(point, AtNode(u, point.at->node));
+      if (point.is_new) point.anchor = point.first_anchor;
+    }
+    if (point.state == State::kApart || (!steps && point.state == State::kSlips)) {
+      point.share = ShareOf(*point.at, AtNode(u, point.at->node));
+    }
     FindGap(u, &point);
     if (point.state == State::kApart) continue;
-    const Vector3d force = AtNode(reaction, point.at->node) + point.friction;
+    const Vector3d force =
+        IsAtRim(point) ? point.spring : Vector3d(AtNode(reaction, point.at->node) + point.friction);
     largest = std::max(largest, std::abs(point.normal.dot(force)));
   }
-  const double gap_slack = slack * depth();
+  const double depth = std::abs(placement_.normal.dot(displacement_));
+  slack_ = slack * std::max(way().norm(), kLeastWay * depth);
   bool changes = false;
   ++judged_;
   for (Point& point : points_) {
     int& owned = (*owner)[Index(point.at->node)];
-    const bool inside =
-        point.reached && point.least - point.normal.dot(AtNode(u, point.at->node)) > gap_slack;
-    State next = point.state;
-    if (owned != me && owned != kNoTool) {
-      shares_ = shares_ || inside;
-      next = State::kApart;
-    } else if (!point.reached) {
-      next = State::kApart;
-    } else if (point.state != State::kApart || inside) {
-      if (settles()) next = Next(u, reaction, slack * largest, &point);
+    const bool is_mine = owned == me || owned == kNoTool;
+    const Vector3d moved = AtNode(u, point.at->node);
+    const bool inside = point.reached && point.least - point.normal.dot(moved) > slack_;
+    const State last = point.state;
+    if (!is_mine) shares_ = shares_ || inside;
+    if (!is_mine || !point.reached) {
+      point.state = State::kApart;
+    } else if (IsAtRim(point)) {
+      point.state = PushBySpring(moved, &point);
+    } else if (last != State::kApart || inside) {
+      if (settles()) point.state = Next(u, reaction, slack * largest, &point);
     }
-    if (next == State::kApart) point.friction.setZero(), point.turning = 0;
-    changes = changes || next != point.state;
-    point.state = next;
-    if (owned == me || owned == kNoTool) owned = next == State::kApart ? kNoTool : me;
+    const bool is_held = point.state != State::kApart && !IsAtRim(point);
+    if (!is_held || point.state == State::kSticks) point.friction.setZero(), point.turning = 0;
+    if (point.state == State::kApart || is_held) {
+      point.spring.setZero(), point.spring_stiffness.setZero();
+    }
+    if (point.state == State::kApart && last != State::kApart) {
+      point.is_let_go = point.is_let_go || !point.is_new || judged_ > kDamped;
+    }
+    changes = changes || (point.state != last && (is_held || !IsAtRim(point)));
+    if (is_mine) owned = point.state == State::kApart ? kNoTool : me;
   }
   if (changes) ++changed_;
   return changes;
@@ -222,13 +338,13 @@ bool ToolContact::UpdateTouching(const NodeVector& u, const NodeVector& reaction
 
 void ToolContact::AddTouched(std::vector<TouchedNode>* touched) const noexcept {
   for (const Point& point : points_) {
-    if (point.state == State::kApart) continue;
+    if (point.state == State::kApart || IsAtRim(point)) continue;
     const bool sticks = point.state == State::kSticks;
     Vector3d target = point.least * point.normal;
     if (sticks) {
       target += Across(point.normal, displacement_ + point.anchor);
     }
-    touched->push_back({point.at->node, sticks, point.normal, target});
+    touched->push_back({point.at->node, sticks, point.normal, target, slack_});
   }
 }
 
@@ -241,49 +357,62 @@ void ToolContact::Carry(const Vector3d& way, NodeVector* moved) const noexcept {
 
 void ToolContact::AddStiffness(double times, BlockMatrix* tangent) const noexcept {
   for (const Point& point : points_) {
-    if (point.turning == 0) continue;
+    if (point.state == State::kApart || (point.turning == 0 && !IsAtRim(point))) continue;
     const int row = point.at->node;
     Eigen::Map<Eigen::Matrix3d>(tangent->block(tangent->pattern().diagonal[Index(row)])) +=
-        times * point.turning * point.aside * point.aside.transpose();
+        times * (point.turning * point.aside * point.aside.transpose() + point.spring_stiffness);
   }
 }
 
-void ToolContact::Load(const NodeVector& base, NodeVector* f_ext) const noexcept {
+void ToolContact::Unload(const NodeVector& base, NodeVector* f_ext) const noexcept {
+  for (const Point& point : points_) At(*f_ext, point.at->node) = At(base, point.at->node);
+}
+
+void ToolContact::Load(NodeVector* f_ext) const noexcept {
   for (const Point& point : points_) {
-    Eigen::Map<Vector3d>(At(*f_ext, point.at->node).v) =
-        AtNode(base, point.at->node) + point.friction;
+    Eigen::Map<Vector3d>(At(*f_ext, point.at->node).v) += point.friction + point.spring;
   }
 }
 
 void ToolContact::Accept(const NodeVector& u, const NodeVector& reaction) noexcept {
-  accepted_displacement_ = displacement_;
-  accepted_ = points_;
-  force_.setZero();
-  moment_.setZero();
-  touching_ = 0;
-  reach_ = 0;
+  accepted_.displacement = displacement_;
+  accepted_.points = points_;
+  accepted_.force.setZero();
+  accepted_.moment.setZero();
+  accepted_.touching = 0;
+  accepted_.reach = 0;
   const Vector3d apex = placement_.p + displacement_;
-  for (const Point& point : points_) {
+  for (Point& point : accepted_.points) {
     if (point.state == State::kApart) continue;
-    const double size = point.friction.norm();
-    const Vector3d force = ForceOn(
-        point, reaction, size > 0 ? Vector3d(point.friction / size) : Vector3d(Vector3d::Zero()));
-    const Vector3d arm = point.at->rest + AtNode(u, point.at->node) - apex;
-    force_ += force;
-    moment_ += arm.cross(force);
-    reach_ = std::max(reach_, arm.norm());
-    ++touching_;
+    const Vector3d force = ForceOn(point, reaction), moved = AtNode(u, point.at->node);
+    const Vector3d arm = point.at->rest + moved - apex;
+    accepted_.force += force;
+    accepted_.moment += arm.cross(force);
+    accepted_.reach = std::max(accepted_.reach, arm.norm());
+    ++accepted_.touching;
+    accepted_.touches_anew = accepted_.touches_anew || point.is_new;
+    // A spring on Coulomb's cone slips until its force is on it.
+    if (point.state == State::kSlips && IsAtRim(point)) {
+      const double across = SpringAtRim(poisson_ratio_, point.at->part, point.share).across;
+      point.anchor =
+          moved - displacement_ + across / point.at->modulus * Across(point.normal, point.spring);
+    }
   }
 }
 
-Vector3d ToolContact::ForceOf(const NodeVector& reaction) const noexcept {
+void ToolContact::EstimateError(const NodeVector& reaction, const NodeVector& u) noexcept {
   Vector3d sum = Vector3d::Zero();
-  for (const Point& point : accepted_) {
-    const double size = point.friction.norm();
-    sum += ForceOn(point, reaction,
-                   size > 0 ? Vector3d(point.friction / size) : Vector3d(Vector3d::Zero()));
+  for (const Point& point : accepted_.points) {
+    if (point.state == State::kApart) continue;
+    sum += IsAtRim(point) ? Vector3d(-point.spring_stiffness * AtNode(u, point.at->node))
+                          : ForceOn(point, reaction);
   }
-  return sum;
+  accepted_.error = sum.norm();
+  if (accepted_.touching == 0) accepted_.error_at_touch = 0;
+  if (accepted_.touches_anew) {
+    accepted_.error_at_touch = std::max(accepted_.error_at_touch, kStays * accepted_.error);
+  }
+  accepted_.touches_anew = false;
 }
 
 }  // namespace palpate::fem

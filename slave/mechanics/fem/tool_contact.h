@@ -12,9 +12,13 @@
 // Alart and Curnier, Comput. Methods Appl. Mech. Eng. 92, 1991; Hueeber, Stadler and Wohlmuth, SIAM
 // J. Sci. Comput. 30, 2008). Sliding is measured per increment of the tool's path.
 //
+// A node at the rim of a flat face is held by its share of area (rim_share.h): the face pushes it
+// through a spring, by the same laws. The share of a node that sticks is that where it touched.
+//
 // Units of fem_body.h: length the larger side, force E times its square.
 #pragma once
 
+#include <algorithm>
 #include <cmath>
 #include <cstdint>
 #include <span>
@@ -34,7 +38,9 @@ struct TouchableNode {
   Eigen::Vector3d rest{0, 0, 0};    // position at rest
   Eigen::Vector3d normal{0, 0, 0};  // outward, unit
   double edge = 0;                  // mean length of the edges around it
+  double part = 0;                  // PartRadius (rim_share.h)
   double stiffness = 0;             // stiffness of the node against a force normal to the surface
+  double modulus = 1;               // Young's modulus around it, relative to the body's
 };
 
 class ToolContact {
@@ -43,11 +49,12 @@ class ToolContact {
     Eigen::Vector3d p{0, 0, 0};       // first contact point of the apex, at rest
     Eigen::Vector3d normal{0, 0, 1};  // outward there, unit: the tool's axis
     double width = 0;                 // of a flat tool
+    double radius = 0;                // of a contact that has its own, else 0
   };
 
   // `friction`: mu; infinite: bonded, a node that touches sticks until it is pulled. `surface` must
   // outlive this.
-  ToolContact(const Tool& tool, const Placement& placement, double friction,
+  ToolContact(const Tool& tool, const Placement& placement, double friction, double poisson_ratio,
               std::span<const TouchableNode> surface);
 
   void Reset() noexcept;
@@ -60,40 +67,54 @@ class ToolContact {
   void Claim(int me, std::vector<int>* owner) const noexcept;
   // Updates which nodes touch and stick, after the displacements `u` and with the nodal forces
   // `reaction`, without the tool's own friction. `slack`: tolerance of forces relative to the
-  // largest one, and of gaps relative to the depth [-]. `me`: this tool's number. Returns true if a
-  // node changed.
+  // largest one, and of gaps relative to the tool's way in this increment [-]. `steps`: a step was
+  // made; before, shares of area follow the nodes. `me`: this tool's number. Returns true if a node
+  // changed that the tool holds.
   bool UpdateTouching(const NodeVector& u, const NodeVector& reaction, double slack, bool steps,
                       int me, std::vector<int>* owner) noexcept;
+  // Updates the forces of the springs after the displacements `u`.
+  void UpdateSprings(const NodeVector& u) noexcept;
+  // Lets the shares of area follow the nodes that do not stick. Returns the largest change [-].
+  double UpdateShares(const NodeVector& u) noexcept;
   // The forces that nodes have at the end of an increment, which is accepted.
   void Accept(const NodeVector& u, const NodeVector& reaction) noexcept;
+  // Returns to the state that was accepted last.
+  void Retreat() noexcept { points_ = accepted_.points; }
+  // Stores the accepted state, and returns to the stored one.
+  void Keep() noexcept { kept_ = accepted_; }
+  void TakeBack() noexcept;
 
   void AddTouched(std::vector<TouchedNode>* touched) const noexcept;
   // Displacement of the tool in this increment, which its sticking nodes share.
-  [[nodiscard]] Eigen::Vector3d way() const { return displacement_ - accepted_displacement_; }
+  [[nodiscard]] Eigen::Vector3d way() const { return displacement_ - accepted_.displacement; }
   void Carry(const Eigen::Vector3d& way, NodeVector* moved) const noexcept;
-  // Adds the stiffness due to rotating friction, times `times`, to the tangent.
+  // Adds the stiffness of springs and of rotating friction, times `times`, to the tangent.
   void AddStiffness(double times, BlockMatrix* tangent) const noexcept;
-  // Friction on nodes that slip: f_ext = base + friction on all nodes within reach.
-  void Load(const NodeVector& base, NodeVector* f_ext) const noexcept;
+  // f_ext = base on all nodes within reach, then f_ext += friction on nodes that slip, and springs.
+  void Unload(const NodeVector& base, NodeVector* f_ext) const noexcept;
+  void Load(NodeVector* f_ext) const noexcept;
 
   // The following four are of the accepted state: the tool's force on the body, its moment about
   // the displaced apex, the number of touching nodes, and the distance of the farthest one from the
   // apex.
-  [[nodiscard]] const Eigen::Vector3d& force() const { return force_; }
-  [[nodiscard]] const Eigen::Vector3d& moment() const { return moment_; }
+  [[nodiscard]] const Eigen::Vector3d& force() const { return accepted_.force; }
+  [[nodiscard]] const Eigen::Vector3d& moment() const { return accepted_.moment; }
   [[nodiscard]] bool is_disc() const { return tool_.shape == Tool::Shape::kFlat; }
-  [[nodiscard]] int touching() const { return touching_; }
-  [[nodiscard]] double reach() const { return reach_; }
+  [[nodiscard]] int touching() const { return accepted_.touching; }
+  [[nodiscard]] double reach() const { return accepted_.reach; }
   // Returns whether a node was assigned to another tool.
   [[nodiscard]] bool shares() const { return shares_; }
   // Returns whether the set of touching nodes converged within the permitted number of changes per
   // increment.
   [[nodiscard]] bool settles() const;
-  // Returns the error of the force that results from an error of the reactions of the same nodes.
-  [[nodiscard]] Eigen::Vector3d ForceOf(const NodeVector& reaction) const noexcept;
+  // Estimates the error of the force from those of the nodes' reactions and displacements. The
+  // error at the time when a node touches stays, since it moves the place where the node sticks.
+  void EstimateError(const NodeVector& reaction, const NodeVector& u) noexcept;
+  [[nodiscard]] double error() const { return std::max(accepted_.error, accepted_.error_at_touch); }
 
-  [[nodiscard]] const Eigen::Vector3d& displacement() const { return accepted_displacement_; }
-  [[nodiscard]] double depth() const { return std::abs(placement_.normal.dot(displacement_)); }
+  [[nodiscard]] const Eigen::Vector3d& displacement() const { return accepted_.displacement; }
+  // How far the apex has moved into the body at rest.
+  [[nodiscard]] double depth() const { return -placement_.normal.dot(accepted_.displacement); }
   [[nodiscard]] const Placement& placement() const { return placement_; }
   // Length that the path of one increment should not exceed.
   [[nodiscard]] double edge() const { return edge_; }
@@ -103,39 +124,71 @@ class ToolContact {
   struct Point {
     const TouchableNode* at = nullptr;
     Eigen::Vector3d anchor{0, 0, 0};  // displacement relative to the tool, of the accepted state
+    Eigen::Vector3d before{0, 0, 0};  // displacement in the accepted state
+    double depth_before = 0;          // inside the tool in the accepted state
+    // `anchor` if it touches in this increment: the nodes move steadily from the accepted state to
+    // the prediction.
+    Eigen::Vector3d first_anchor{0, 0, 0};
     Eigen::Vector3d normal{0, 0, 1};  // of the tool's force on it, unit
     double least = 0;                 // displacement along the normal at which it touches
+    double share = 1;                 // of its area under the face
     bool reached = false;             // the tool is above it
+    bool is_new = false;              // it touched in this increment
+    // It left the tool in this increment. If it returns to a bonded one, it sticks from the end of
+    // the increment on.
+    bool is_let_go = false;
     State state = State::kApart;
     Eigen::Vector3d friction{0, 0, 0};  // of one that slips, where it had moved by `judged`
     Eigen::Vector3d judged{0, 0, 0};
     Eigen::Vector3d aside{0, 0, 0};  // unit, across friction and normal
     // Stiffness along `aside`, because friction rotates with the sliding direction.
     double turning = 0;
+    Eigen::Vector3d spring{0, 0, 0};                             // force of one at the rim
+    Eigen::Matrix3d spring_stiffness = Eigen::Matrix3d::Zero();  // -d spring / d u, symmetric
+  };
+  struct Accepted {
+    Eigen::Vector3d displacement{0, 0, 0};
+    std::vector<Point> points;  // in the surface's order
+    Eigen::Vector3d force{0, 0, 0}, moment{0, 0, 0};
+    int touching = 0;
+    double reach = 0;
+    bool touches_anew = false;  // a node has touched since the last estimate
+    double error = 0, error_at_touch = 0;
   };
 
+  [[nodiscard]] bool is_face() const {
+    return tool_.shape == Tool::Shape::kFlat || tool_.shape == Tool::Shape::kRectangle;
+  }
+  static bool IsAtRim(const Point& point);
   void FindGap(const NodeVector& u, Point* point) const noexcept;
+  [[nodiscard]] double DepthOf(const Eigen::Vector3d& x,
+                               const Eigen::Vector3d& displacement) const noexcept;
   [[nodiscard]] bool IsNear(const TouchableNode& at, const Eigen::Vector3d& moved) const noexcept;
-  [[nodiscard]] bool IsUnderFace(const Eigen::Vector3d& from_apex) const noexcept;
-  [[nodiscard]] Eigen::Vector3d CentreNear(const Eigen::Vector3d& x) const noexcept;
+  [[nodiscard]] double ShareOf(const TouchableNode& at,
+                               const Eigen::Vector3d& moved) const noexcept;
+  [[nodiscard]] Eigen::Vector3d CentreNear(const Eigen::Vector3d& x,
+                                           const Eigen::Vector3d& displacement) const noexcept;
+  // The anchor of a free node that touches within this increment, and moves by `moved` to its end.
+  [[nodiscard]] Eigen::Vector3d AnchorAt(const Point& point,
+                                         const Eigen::Vector3d& moved) const noexcept;
   // The force of the tool on a point.
-  [[nodiscard]] Eigen::Vector3d ForceOn(const Point& point, const NodeVector& reaction,
-                                        const Eigen::Vector3d& unit_friction) const noexcept;
+  [[nodiscard]] Eigen::Vector3d ForceOn(const Point& point,
+                                        const NodeVector& reaction) const noexcept;
   State Next(const NodeVector& u, const NodeVector& reaction, double force_slack,
              Point* point) const noexcept;
+  State PushBySpring(const Eigen::Vector3d& moved, Point* point) const noexcept;
 
   Tool tool_;
   Placement placement_;
-  double friction_;
+  double friction_, poisson_ratio_;
   std::span<const TouchableNode> surface_;
   double edge_;
-  Eigen::Vector3d accepted_displacement_{0, 0, 0}, displacement_{0, 0, 0};
-  std::vector<Point> accepted_, points_;  // in the surface's order
-  bool is_first_ = true;                  // no step was made in this increment
-  int judged_ = 0, changed_ = 0;          // in this increment; with changes
-  Eigen::Vector3d force_{0, 0, 0}, moment_{0, 0, 0};
-  int touching_ = 0;
-  double reach_ = 0;
+  Eigen::Vector3d displacement_{0, 0, 0};
+  Accepted accepted_, kept_;
+  std::vector<Point> points_;     // in the surface's order
+  bool is_first_ = true;          // no step was made in this increment
+  int judged_ = 0, changed_ = 0;  // in this increment; with changes
+  double slack_ = 0;              // accepted gap
   bool shares_ = false;
 };
 

@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "shared/mesh/disc_patch.h"
+#include "slave/mechanics/footprint/rim_share.h"
 #include "slave/mesh/index.h"
 
 namespace palpate::fem {
@@ -36,22 +37,50 @@ std::vector<Vector3d> NormalsAround(const SurfaceMesh& surface) {
   return normals;
 }
 
+// Returns a third of the areas of the surrounding triangles [m^2].
+std::vector<double> AreasAround(const SurfaceMesh& surface) {
+  std::vector<double> areas(surface.nodes.size(), 0);
+  for (std::size_t t = 0; t < surface.triangles.size(); ++t) {
+    const double third = Area(surface, static_cast<int>(t)) / 3;
+    for (const int node : surface.triangles[t]) areas[Index(node)] += third;
+  }
+  return areas;
+}
+
+// Returns the mean modulus of the elements around each node, weighted by their volumes.
+std::vector<double> ModuliAround(const SolidMesh& mesh) {
+  if (mesh.modulus.empty()) return std::vector<double>(mesh.nodes.size(), 1);
+  std::vector<double> sum(mesh.nodes.size(), 0), volume(mesh.nodes.size(), 0);
+  for (std::size_t t = 0; t < mesh.tets.size(); ++t) {
+    const double size = SignedVolume(mesh, static_cast<int>(t));
+    for (const int node : mesh.tets[t]) {
+      sum[Index(node)] += size * mesh.ModulusOf(t);
+      volume[Index(node)] += size;
+    }
+  }
+  for (std::size_t n = 0; n < sum.size(); ++n) sum[n] = volume[n] > 0 ? sum[n] / volume[n] : 1;
+  return sum;
+}
+
 }  // namespace
 
-ToolContacts::ToolContacts(const SolidMesh& mesh, const FemBody& body, Constraints& constraints)
+ToolContacts::ToolContacts(const SolidMesh& mesh, double poisson_ratio, const FemBody& body,
+                           Constraints& constraints)
     : body_(body),
+      poisson_ratio_(poisson_ratio),
       constraints_(constraints),
       skin_(SurfaceOf(mesh)),
       normals_(NormalsAround(skin_)),
       owner_(Index(body.size()), ToolContact::kNoTool) {
-  const std::vector<double> edges = EdgesAround(skin_);
+  const std::vector<double> edges = EdgesAround(skin_), areas = AreasAround(skin_),
+                            moduli = ModuliAround(mesh);
   for (std::size_t n = 0; n < edges.size(); ++n) {
     const int node = body.Number(static_cast<int>(n));
     const double* free = At(body.free(), node).v;
     if (edges[n] == 0 || free[0] * free[1] * free[2] == 0) continue;
     const double unit = body.length_unit();
-    surface_.push_back(
-        {node, skin_.nodes[n] / unit, normals_[n], edges[n] / unit, body.Stiffness(node)});
+    surface_.push_back({node, skin_.nodes[n] / unit, normals_[n], edges[n] / unit,
+                        PartRadius(areas[n]) / unit, body.Stiffness(node), moduli[n]});
   }
   touched_.reserve(surface_.size());
   constraints.ReserveTouched(surface_.size());
@@ -68,7 +97,9 @@ bool ToolContacts::Set(std::span<const Touch> touches) {
     const auto at = FindPlace(skin_, touch.p_O);
     const Vector3d normal = at->node >= 0 ? normals_[Index(at->node)] : Normal(skin_, at->triangle);
     const auto known = std::ranges::find_if(former, [&](const ToolContact& tool) {
-      return tool.placement().p == touch.p_O / unit && tool.placement().width == touch.width / unit;
+      const ToolContact::Placement& before = tool.placement();
+      return before.p == touch.p_O / unit && before.width == touch.width / unit &&
+             before.radius == touch.radius / unit;
     });
     if (known != former.end()) {
       tools_.push_back(std::move(*known));
@@ -78,8 +109,10 @@ bool ToolContacts::Set(std::span<const Touch> touches) {
     Tool tool = touch.tool;
     tool.radius /= unit;
     tool.length /= unit;
-    tools_.emplace_back(tool, ToolContact::Placement{touch.p_O / unit, normal, touch.width / unit},
-                        touch.friction, surface_);
+    tools_.emplace_back(
+        tool,
+        ToolContact::Placement{touch.p_O / unit, normal, touch.width / unit, touch.radius / unit},
+        touch.friction, poisson_ratio_, surface_);
   }
   for (int i = 0; i < body_.size(); ++i) {
     owner_[Index(i)] = constraints_.IsTaken(i) ? ToolContact::kTaken : ToolContact::kNoTool;
@@ -95,24 +128,50 @@ void ToolContacts::Reset() noexcept {
   constraints_.HoldTouched(touched_);
 }
 
-double ToolContacts::depth() const noexcept {
-  double depth = 0;
-  for (const ToolContact& tool : tools_) depth = std::max(depth, tool.depth());
-  return depth;
-}
-
 bool ToolContacts::UpdateTouching(const NodeVector& u, const NodeVector& reaction, double slack,
                                   bool steps) noexcept {
   for (const TouchedNode& at : touched_) owner_[Index(at.node)] = ToolContact::kNoTool;
   for (int k = 0; k < size(); ++k) tools_[Index(k)].Claim(k, &owner_);
   bool changes = false;
-  touched_.clear();
   for (int k = 0; k < size(); ++k) {
     changes = tools_[Index(k)].UpdateTouching(u, reaction, slack, steps, k, &owner_) || changes;
-    tools_[Index(k)].AddTouched(&touched_);
   }
-  constraints_.HoldTouched(touched_);
+  HoldTouched();
   return changes;
+}
+
+void ToolContacts::HoldTouched() noexcept {
+  touched_.clear();
+  for (const ToolContact& tool : tools_) tool.AddTouched(&touched_);
+  constraints_.HoldTouched(touched_);
+}
+
+void ToolContacts::UpdateSprings(const NodeVector& u) noexcept {
+  for (ToolContact& tool : tools_) tool.UpdateSprings(u);
+}
+
+double ToolContacts::UpdateShares(const NodeVector& u) noexcept {
+  double largest = 0;
+  for (ToolContact& tool : tools_) largest = std::max(largest, tool.UpdateShares(u));
+  return largest;
+}
+
+void ToolContacts::EstimateErrors(const NodeVector& reaction, const NodeVector& u) noexcept {
+  for (ToolContact& tool : tools_) tool.EstimateError(reaction, u);
+}
+
+void ToolContacts::Retreat() noexcept {
+  for (ToolContact& tool : tools_) tool.Retreat();
+  HoldTouched();
+}
+
+void ToolContacts::Keep() noexcept {
+  for (ToolContact& tool : tools_) tool.Keep();
+}
+
+void ToolContacts::TakeBack() noexcept {
+  for (ToolContact& tool : tools_) tool.TakeBack();
+  HoldTouched();
 }
 
 void ToolContacts::Carry(std::span<const Vector3d> ways, NodeVector* moved) const noexcept {
@@ -126,7 +185,8 @@ void ToolContacts::AddStiffness(double times, BlockMatrix* tangent) const noexce
 }
 
 void ToolContacts::Load(const NodeVector& base, NodeVector* f_ext) const noexcept {
-  for (const ToolContact& tool : tools_) tool.Load(base, f_ext);
+  for (const ToolContact& tool : tools_) tool.Unload(base, f_ext);
+  for (const ToolContact& tool : tools_) tool.Load(f_ext);
 }
 
 void ToolContacts::Accept(const NodeVector& u, const NodeVector& reaction) noexcept {

@@ -16,14 +16,15 @@ namespace palpate::fem {
 class ToolContacts {
  public:
   // Stores references to its arguments. Nodes that supports hold in some direction are not touched.
-  ToolContacts(const SolidMesh& mesh, const FemBody& body, Constraints& constraints);
+  ToolContacts(const SolidMesh& mesh, double poisson_ratio, const FemBody& body,
+               Constraints& constraints);
 
   // Sets the tools. Call it after the other contacts are in the constraints. A tool at the same
   // place as before keeps its state. Lengths in metres. False: there is no surface at a place.
   struct Touch {
     Tool tool;
     Eigen::Vector3d p_O{0, 0, 0};
-    double width = 0, friction = 0;  // see ToolContact
+    double width = 0, radius = 0, friction = 0;  // see ToolContact
   };
   [[nodiscard]] bool Set(std::span<const Touch> touches);
   void Reset() noexcept;
@@ -37,7 +38,6 @@ class ToolContacts {
   void Begin(int tool, const Eigen::Vector3d& displacement, const NodeVector& u) noexcept {
     tools_[static_cast<std::size_t>(tool)].Begin(displacement, u);
   }
-  [[nodiscard]] double depth() const noexcept;  // largest depth of the increment [units]
   // Updates which nodes touch, see ToolContact::UpdateTouching. Returns whether they have changed.
   bool UpdateTouching(const NodeVector& u, const NodeVector& reaction, double slack,
                       bool steps) noexcept;
@@ -46,10 +46,21 @@ class ToolContacts {
   void Carry(std::span<const Eigen::Vector3d> ways, NodeVector* moved) const noexcept;
   void AddStiffness(double times, BlockMatrix* tangent) const noexcept;
   void Load(const NodeVector& base, NodeVector* f_ext) const noexcept;
+  void UpdateSprings(const NodeVector& u) noexcept;
+  // Returns the largest change of a share of area, see ToolContact::UpdateShares.
+  double UpdateShares(const NodeVector& u) noexcept;
   void Accept(const NodeVector& u, const NodeVector& reaction) noexcept;
+  void EstimateErrors(const NodeVector& reaction, const NodeVector& u) noexcept;
+  // Holds the nodes that touch, after the other contacts have changed.
+  void HoldTouched() noexcept;
+  // Return to the state that was accepted last; store it, and return to the stored one.
+  void Retreat() noexcept;
+  void Keep() noexcept;
+  void TakeBack() noexcept;
 
  private:
   const FemBody& body_;
+  double poisson_ratio_;
   Constraints& constraints_;
   SurfaceMesh skin_;
   std::vector<Eigen::Vector3d> normals_;  // per node of the mesh

@@ -82,7 +82,7 @@ bool VolumeModel::TryRespond(std::span<const Contact> contacts,
   }
   if (TakeState() && FillResponses(contacts, responses)) return true;
   TakeBack();
-  if (!traits_.is_dynamic) Rest();
+  if (!traits_.is_dynamic && !follows_path()) Rest();
   return false;
 }
 
@@ -118,7 +118,7 @@ std::string_view VolumeModel::FlagReasonOfPlace(std::size_t contact, const Conta
   }
   if (!tool->settles()) return "which nodes the tool touches did not settle";
   if (tool->shares()) return "two contacts touch the same nodes";
-  if (tool->touching() == 0) return {};
+  if (tool->touching() == 0) return tool->depth() > 0 ? kCoarsePatch : std::string_view();
   const bool coarse =
       tool->is_disc() ? contacts_.IsCoarse(contact, response) : tool->touching() < kMinTouched;
   return coarse ? kCoarsePatch : std::string_view();

@@ -29,8 +29,8 @@ namespace palpate {
 // energy, a mesh too coarse for a patch or for a part that bends (mesh_resolution.h). kFailed:
 // contacts that are not finite, overlap or are not on the body, unbalanced loads, no convergence,
 // interruption, displacements beyond a million larger sides; failure() says which. After a failure
-// a static body starts from rest again; a moving body is in the state before the step, and one
-// under tools with friction in the last accepted state.
+// a static body starts from rest again; a moving body, and one under rigid tools, is in the state
+// before the query.
 class VolumeModel : public DeformationModel {
  public:
   void Reset() final;
@@ -58,7 +58,7 @@ class VolumeModel : public DeformationModel {
   virtual bool Hold(std::span<const Contact> contacts) = 0;
   // Equilibrium under the contacts, or the end of one more step of time.
   virtual bool SolveUnder(std::span<const Contact> contacts) = 0;
-  // Makes the last step of time undone, after SolveUnder had made it.
+  // Makes the last step of time undone, or the last path of tools, after SolveUnder had made it.
   virtual void TakeBack() = 0;
   [[nodiscard]] virtual Eigen::Vector3d DisplacementAt(int node) const = 0;
   // Returns the force of contacts and supports on a constrained node, or the force of a contact
@@ -81,8 +81,8 @@ class VolumeModel : public DeformationModel {
   // and whether it is settled which they are.
   [[nodiscard]] virtual int Touching(std::size_t /*contact*/) const { return 0; }
   [[nodiscard]] virtual bool settles() const { return true; }
-  // The answer depends on the path of the contacts, as with friction. A query that fails then
-  // leaves the contacts where they were accepted last.
+  // The answer depends on the path of the contacts, as under rigid tools. A query that fails then
+  // leaves the body as it was.
   [[nodiscard]] virtual bool follows_path() const { return false; }
   // Returns whether the deadline passed before the requested residual was reached.
   [[nodiscard]] virtual bool ended_early() const { return false; }

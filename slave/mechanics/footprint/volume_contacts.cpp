@@ -74,7 +74,7 @@ std::string_view VolumeContacts::FindSizes(const Contact& contact) const {
   if (!contact.p_O.allFinite() || !contact.prescribed_O.allFinite() ||
       !std::isfinite(contact.width) || contact.width < 0 || !std::isfinite(contact.radius) ||
       contact.radius < 0) {
-    return "a number is not finite, or the width is negative";
+    return "a number is not finite, or the width or the radius is negative";
   }
   const bool force = contact.kind == Contact::Kind::kForce;
   if (contact.prescribed_O.norm() <= kAbsurd * (force ? force_unit_ : length_unit_)) return {};

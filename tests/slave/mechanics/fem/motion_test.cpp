@@ -259,7 +259,7 @@ TEST(FemMotion, EnergyFromNowhereIsFlagged) {
 TEST(FemMotion, MotionSettlesInTheStaticEquilibrium) {
   const SolidMesh mesh = MeshBox({0.06, 0.06, 0.06}, {3, 3, 3});
   const auto held = FixedWhere(mesh, [](const Vector3d& p) { return p.x() < 1e-9; });
-  const Contact patch = contacts::Move({0.06, 0.03, 0.03}, {-0.01, 0.004, 0}, 0.04);
+  const Contact patch = contacts::Move({0.06, 0.03, 0.03}, {-0.01, 0.004, 0});
   FemModel still(mesh, held, solids::Foam());
   Solution at_rest, at_end;
   const auto expected = Respond(still, {patch}, &at_rest).front();
