@@ -125,7 +125,7 @@ class ToolDomain {
   bool is_flat_ = true;
   bool is_glued_ = false;  // the outline under a flat tool moves as a whole
   double deepest_ = kDeepest;
-  bool locks_ = false;  // four-node elements from kLocks on
+  bool locks_ = false;    // four-node elements from kLocks on
   BoundaryMesh outline_;  // of the body; empty: another object
   SurfaceMesh surface_;
 };

@@ -41,10 +41,10 @@ class VolumeModel : public DeformationModel {
     double poisson_ratio = 0;
     bool has_pressure = false;  // whether the pressure is a separate unknown
     bool is_dynamic = false;
-    bool finds_tools = false;   // see VolumeContacts
-    bool weighs = false;  // gravity acts
-    double range = 0;     // largest |displacement| [length units] before `extrapolated`; 0: none
-    double step = 0;      // of time [s]; 0: static
+    bool finds_tools = false;  // see VolumeContacts
+    bool weighs = false;       // gravity acts
+    double range = 0;  // largest |displacement| [length units] before `extrapolated`; 0: none
+    double step = 0;   // of time [s]; 0: static
   };
 
  protected:

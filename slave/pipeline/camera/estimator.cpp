@@ -441,8 +441,9 @@ void Estimator::SetPressForce(const BoundaryPlace& place, const ContactResponse&
   DetectPuncture(estimate_.depth);
   const Eigen::Isometry3d& X_SO = registration_.X_SO;
   // The depth has an error in pixels, and the force is proportional to it.
-  const double relative = std::hypot(std::hypot(touch_->WidthAt(place).sigma, touch_->RoundSigma(response)),
-                                     pixel_tolerance_, plane_error_);
+  const double relative =
+      std::hypot(std::hypot(touch_->WidthAt(place).sigma, touch_->RoundSigma(response)),
+                 pixel_tolerance_, plane_error_);
   const double relative_error = relative * response.force_O.norm();
   rules_.SetForce(-(X_SO.linear() * response.force_O),
                   std::hypot(stiffness * sigma, relative_error),

@@ -26,8 +26,8 @@ Eigen::Matrix3d DiscStiffness(const Material& material, double radius,
 double DiscOfSphere(double sphere_radius, double depth) noexcept;
 
 // The scene's elements determine the compliance of the whole body under patches of nodes that they
-// resolve, by Green's functions (fem-green) of the surface nodes. The additional compliance of a fingertip's
-// smaller contact is that of a half-space:
+// resolve, by Green's functions (fem-green) of the surface nodes. The additional compliance of a
+// fingertip's smaller contact is that of a half-space:
 //
 //   K^-1 = K_mesh(a_patch)^-1 + K_disc(a)^-1 - K_disc(a_patch)^-1.
 //

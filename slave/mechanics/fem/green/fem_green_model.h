@@ -21,12 +21,12 @@
 
 namespace palpate {
 
-// From nu = 0.4 on, up to 0.5, the pressure is an unknown (RestStiffness), and no element locks. The
-// forces of tools contain the error of the mesh (mesh_resolution.h). Results are kExtrapolated if a
-// part bends too strongly for the elements. Both are found at the first contact on a triangle by
-// three more sparse solutions, unless they are in the cache (BendingTable). See SurfaceNodePlaces
-// and ComplianceSolver. Pass `element` with p_O to save time: without it the whole surface is
-// searched for a changed position.
+// From nu = 0.4 on, up to 0.5, the pressure is an unknown (RestStiffness), and no element locks.
+// The forces of tools contain the error of the mesh (mesh_resolution.h). Results are kExtrapolated
+// if a part bends too strongly for the elements. Both are found at the first contact on a triangle
+// by three more sparse solutions, unless they are in the cache (BendingTable). See
+// SurfaceNodePlaces and ComplianceSolver. Pass `element` with p_O to save time: without it the
+// whole surface is searched for a changed position.
 class FemGreenModel final : public DeformationModel {
  public:
   struct Options {
