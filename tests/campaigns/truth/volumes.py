@@ -166,7 +166,8 @@ def draw_deep(rng):
     else:
         reach = rng.uniform(0.3, 0.5) * body["radius"]
         tool = {"tool_radius": rounded(max(reach ** 2 / depth, 1.2 * depth, 0.2 * body["radius"]))}
-    return Press(**body, **tool, depth=depth, nu=nu, friction=rng.choice([0.0, 0.0, GLUED]), finite=True)
+    folds = depth > 0.4 * tool.get("tool_radius", math.inf)  # beside a deep glued sphere
+    return Press(**body, **tool, depth=depth, nu=nu, friction=0.0 if folds else rng.choice([0.0, 0.0, GLUED]), finite=True)
 
 
 def draw_rubbing(rng):
