@@ -74,9 +74,9 @@ def draw_arc(rng):
     """Sheets with a flat or curved top, on two meshes."""
     press = volumes.draw_sheet(rng)
     thickness, E = 0.02 * min(2 * press.radius, press.height), volumes.E
-    side = press.height - press.profile.fall(press.radius)
+    side = press.height - float(press.profile.fall(press.radius))
     steps = 48 if press.cap else 1
-    top = [(press.radius * (1 - 2 * i / steps), press.height - press.profile.fall(press.radius * (1 - 2 * i / steps))) for i in range(steps + 1)]
+    top = [(press.radius * (1 - 2 * i / steps), press.height - float(press.profile.fall(press.radius * (1 - 2 * i / steps)))) for i in range(steps + 1)]
     points = [(-press.radius, 0), (press.radius, 0), *top]
     outline = 2 * (press.radius + side) + sum(math.dist(p, q) for p, q in zip(top, top[1:])) + 2 * press.radius
     for _ in range(2):
@@ -246,7 +246,7 @@ def judged(folder, press):
         answer = {"check": checked, "python": asked, "solve": solved}[press.command](folder, press)
     except Refused as why:
         return verdict("refused", str(why).strip().splitlines()[-1])
-    truth = press.truth()
+    truth = float(press.truth())
     error, is_valid = abs(answer.force / truth - 1), answer.validity == "valid"
     limit = TOLERANCE if answer.stated is None else answer.stated
     is_off = is_valid and error > FACTOR * limit
