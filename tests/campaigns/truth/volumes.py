@@ -215,7 +215,8 @@ def draw_mesh(rng, press, element):
     if press.size_x and rng.random() < 0.5:
         sides = (press.size_x, press.size_y, press.height)
         number = lambda edge: 6 * math.prod(max(3, round(s / edge)) for s in sides)  # noqa: E731
-        while number(edge) > MOST[element]:
+        most = MOST[element] * rng.uniform(0.3, 1)  # so that two meshes differ
+        while number(edge) > most:
             edge *= 1.03
         return Mesh(cells=tuple(max(3, round(s / edge)) for s in sides)), 2 * press.reach / edge
     volume = press.size_x * press.size_y * press.height or math.pi * press.radius ** 2 * press.height
