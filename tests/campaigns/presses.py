@@ -246,7 +246,10 @@ def judged(folder, press):
         answer = {"check": checked, "python": asked, "solve": solved}[press.command](folder, press)
     except Refused as why:
         return verdict("refused", str(why).strip().splitlines()[-1])
-    truth = float(press.truth())
+    try:
+        truth = float(press.truth())
+    except RuntimeError as why:
+        return verdict("unhelpful", str(why))
     error, is_valid = abs(answer.force / truth - 1), answer.validity == "valid"
     limit = TOLERANCE if answer.stated is None else answer.stated
     is_off = is_valid and error > FACTOR * limit

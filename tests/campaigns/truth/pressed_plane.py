@@ -50,7 +50,8 @@ def solve(A, u, fixed, direct):
         u[free] = splu(inner.tocsc()).solve(rhs)
     else:
         u[free], code = cg(inner, rhs, x0=u[free], M=sp.diags(1 / inner.diagonal()), tol=1e-6, maxiter=20000)
-        assert code == 0
+        if code:
+            raise RuntimeError("the reference did not converge")
     return u
 
 
