@@ -79,6 +79,8 @@ struct ContactResponse {
   // Estimated error of the force [N], or of the displacement under a load [m]: of the solution, and
   // of the mesh where the contact has a width; 0: not estimated. It is not a bound.
   double force_error = 0, displacement_error = 0;
+  // Work of the springs at a flat face's rim (rim_share.h), relative to force times displacement.
+  double spring_share = 0;
   double mesh_factor = 1;  // by which the force was corrected for the mesh (mesh_resolution.h) [-]
   // The response is that of a disc of the contact's width, although the mesh has no such disc.
   bool takes_width = false;

@@ -1,6 +1,7 @@
 #include "slave/mechanics/mesh_resolution.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <functional>
 #include <iterator>
@@ -38,9 +39,15 @@ constexpr std::array kRimEffect{-0.05, -0.25, 0.9, 0.3};
 
 constexpr double kMaxPoisson = 0.4999;
 
-// See EffectOf. [fitted]
-constexpr double kLocked = 1.5, kGivesWay = 0.5, kOfShear = 0.3, kOfVolume = 0.4, kOfShear10 = 0.4,
-                 kOfShearMixed = 0.35;
+// Of EffectOf, by Elements [-].
+struct EffectFactors {
+  double shear, volume, springs;     // of the excess
+  double shear_error, volume_error;  // of the error
+};
+constexpr std::array<EffectFactors, 3> kEffects{
+    {{1.05, 1.35, -1.3, 0.25, 0.5}, {0.6, 0, -0.35, 0.3, 0}, {0, 0, 0, 0.4, 0}}};
+constexpr double kSpringError = 0.1, kNodeError = 0.1;
+constexpr double kNoSprings = 1e-3;  // share of the work below which a rim has none
 // Reach of a contact's elements, in its widths and mean edges. [derived: a disc's stress falls with
 // the square of the distance in widths]
 constexpr double kReach = 1.5, kEdges = 2;
@@ -204,11 +211,13 @@ bool IsContactCoarse(double patch_error, double disc_stiffness, const Vector3d& 
   return patch_error * std::min(1.0, share) > kMaxOff;
 }
 
-MeshEffect EffectOf(const MeshShare& share, Elements elements) noexcept {
-  if (elements == Elements::kTenNodes) return {0, kOfShear10 * share.shear};
-  if (elements == Elements::kFourNodesMixed) return {0, kOfShearMixed * share.shear};
-  return {kLocked * (share.volume - kGivesWay * share.shear),
-          kOfShear * share.shear + kOfVolume * share.volume};
+MeshEffect EffectOf(const MeshShare& share, const ToolTouch& touch, Elements elements) noexcept {
+  const EffectFactors& f = kEffects[static_cast<std::size_t>(elements)];
+  const bool has_springs = touch.spring_share > kNoSprings;
+  const double by_nodes = has_springs ? kSpringError * touch.spring_share
+                                      : kNodeError / std::sqrt(std::max(1, touch.touching));
+  return {f.shear * share.shear + f.volume * share.volume + f.springs * touch.spring_share,
+          f.shear_error * share.shear + f.volume_error * share.volume + by_nodes};
 }
 
 void Correct(const MeshEffect& effect, ContactResponse* response) noexcept {

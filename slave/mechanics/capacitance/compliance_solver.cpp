@@ -218,6 +218,22 @@ void ComplianceSolver::FillCapacitance(double* first, int stride) {
   }
 }
 
+double ComplianceSolver::SpringShare(const ContactSlot& slot,
+                                     const ContactResponse& response) const {
+  const double work = response.force_O.dot(response.displacement_O) / (force_unit_ * length_unit_);
+  if (!(work > 0) || compliance_.components() != 3) return 0;
+  const Vector3d& n = slot.footprint.normal_O;
+  double of_springs = 0;
+  for (const auto& u : UnknownsOf(slot)) {
+    const ToolHold& hold = slot.footprint.holds[Index(u.hold)];
+    if (hold.share >= kWholeShare) continue;
+    const double pressed = n.dot(ForceOf(u));
+    of_springs += pressed * pressed * params_.springs * length_unit_ *
+                  SpringAtRim(params_.poisson_ratio, hold.part_radius, hold.share).normal;
+  }
+  return of_springs / work;
+}
+
 // Places of which only a part is under a flat face.
 void ComplianceSolver::AddSprings(const ContactSlot& slot, double* first, int stride) const {
   if (!slot.is_tool()) return;
@@ -606,6 +622,7 @@ ContactResponse ComplianceSolver::ResponseOf(const ContactSlot& slot,
   response.validity = is_valid ? Validity::kValid : Validity::kExtrapolated;
   response.takes_width = slot.is_tool() || slot.footprint.narrower != 0;
   if (slot.is_tool()) response.touching = TouchingOf(slot);
+  if (slot.is_tool()) response.spring_share = SpringShare(slot, response);
   if (coarse) response.flag_reason = slot.touches_few() ? kFewTouched : kCoarsePatch;
   if (!is_settled_) response.flag_reason = kNotSettled;
   if (slot.on_support) response.flag_reason = kOnSupport;

@@ -98,6 +98,7 @@ class ComplianceSolver {
   [[nodiscard]] bool WantsColumns(std::span<const Contact> contacts) const;
   bool Prepare(std::span<const Contact> contacts);
   void FillCapacitance(double* first, int stride);
+  [[nodiscard]] double SpringShare(const ContactSlot& slot, const ContactResponse& response) const;
   void AddSprings(const ContactSlot& slot, double* first, int stride) const;
   bool FactoriseTouching();
   bool Settle(std::span<const Contact> contacts);

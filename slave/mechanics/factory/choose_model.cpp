@@ -192,7 +192,7 @@ void ChooseMesh(const Scene& scene, const Body& body, double width, double left,
     const double wanted = std::max(kTetError / left, min_edges);
     return static_cast<double>(body.tets) * std::pow(wanted / edges, 3);
   };
-  const bool locks = scene.object.material.poisson_ratio >= kLocks;
+  const bool locks = scene.object.material.poisson_ratio >= kLocksAtPoint;
   // Ten nodes cost a linear model no time at runtime, and a Newton step ten times as much.
   bool quadratic = locks || is_ogden;
   if (is_linear) quadratic = locks || DofOf(tets_for(kMinEdges10), true) < max_dof;

@@ -229,7 +229,7 @@ void ToolDomain::FlagOutside(const Contact& contact, ContactResponse* response) 
   if (flag_reason.empty()) flag_reason = FlagOnBody(contact);
   const double force = response->force_O.norm();
   response->force_error += domain_error * force;
-  if (flag_reason.empty() && response->force_error > tolerance_ * force) {
+  if (flag_reason.empty() && (locks_ || response->force_error > tolerance_ * force)) {
     flag_reason = locks_ ? kLocking : kMeshError;
   }
   if (flag_reason.empty()) return;

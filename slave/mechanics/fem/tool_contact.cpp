@@ -381,6 +381,7 @@ void ToolContact::Accept(const NodeVector& u, const NodeVector& reaction) noexce
   accepted_.moment.setZero();
   accepted_.touching = 0;
   accepted_.reach = 0;
+  accepted_.spring_work = 0;
   const Vector3d apex = placement_.p + displacement_;
   for (Point& point : accepted_.points) {
     if (point.state == State::kApart) continue;
@@ -390,6 +391,11 @@ void ToolContact::Accept(const NodeVector& u, const NodeVector& reaction) noexce
     accepted_.moment += arm.cross(force);
     accepted_.reach = std::max(accepted_.reach, arm.norm());
     ++accepted_.touching;
+    if (IsAtRim(point)) {
+      const double pressed = point.normal.dot(point.spring);
+      const double compliance = SpringAtRim(poisson_ratio_, point.at->part, point.share).normal;
+      accepted_.spring_work += pressed * pressed * compliance / point.at->modulus;
+    }
     accepted_.touches_anew = accepted_.touches_anew || point.is_new;
     // A spring on Coulomb's cone slips until its force is on it.
     if (point.state == State::kSlips && IsAtRim(point)) {

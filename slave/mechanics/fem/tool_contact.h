@@ -101,6 +101,8 @@ class ToolContact {
   [[nodiscard]] const Eigen::Vector3d& moment() const { return accepted_.moment; }
   [[nodiscard]] bool is_disc() const { return tool_.shape == Tool::Shape::kFlat; }
   [[nodiscard]] int touching() const { return accepted_.touching; }
+  // Work of the springs at the rim, twice [units].
+  [[nodiscard]] double spring_work() const { return accepted_.spring_work; }
   [[nodiscard]] double reach() const { return accepted_.reach; }
   // Returns whether a node was assigned to another tool.
   [[nodiscard]] bool shares() const { return shares_; }
@@ -151,6 +153,7 @@ class ToolContact {
     std::vector<Point> points;  // in the surface's order
     Eigen::Vector3d force{0, 0, 0}, moment{0, 0, 0};
     int touching = 0;
+    double spring_work = 0;
     double reach = 0;
     bool touches_anew = false;  // a node has touched since the last estimate
     double error = 0, error_at_touch = 0;

@@ -89,7 +89,8 @@ class VolumeModel : public DeformationModel {
 
   [[nodiscard]] std::span<const ContactPlace> places() const { return contacts_.places(); }
   [[nodiscard]] const Inversion& inversion() const { return inversion_; }
-  // Four-node elements without a pressure unknown are too stiff from kLocks on.
+  // Four-node elements without a pressure unknown are too stiff at a point from
+  // kLocksAtPoint on.
   [[nodiscard]] bool locks() const;
   // Sets the part of info().remark that does not depend on the last answer.
   void SetRemark(std::string remark);

@@ -111,7 +111,9 @@ void FemGreenModel::AssessMesh(const ContactSlot& slot, const Contact& contact,
   if (slot.load >= 0) {
     response->displacement_error = EffectOnLoad(share).error * response->displacement_O.norm();
   } else {
-    Correct(EffectOf(share, columns_.stiffness().kind()), response);
+    Correct(
+        EffectOf(share, {response->spring_share, response->touching}, columns_.stiffness().kind()),
+        response);
   }
 }
 
