@@ -79,6 +79,7 @@ struct ContactResponse {
   // Estimated error of the force [N], or of the displacement under a load [m]: of the solution, and
   // of the mesh where the contact has a width; 0: not estimated. It is not a bound.
   double force_error = 0, displacement_error = 0;
+  double mesh_error = 0;  // the mesh's part of either [N], [m]
   // Work of the springs at a flat face's rim (rim_share.h), relative to force times displacement.
   double spring_share = 0;
   double mesh_factor = 1;  // by which the force was corrected for the mesh (mesh_resolution.h) [-]

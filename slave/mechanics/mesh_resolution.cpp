@@ -46,7 +46,7 @@ struct EffectFactors {
 };
 constexpr std::array<EffectFactors, 3> kEffects{
     {{1.05, 1.35, -1.3, 0.25, 0.5}, {0.6, 0, -0.35, 0.3, 0}, {0, 0, 0, 0.4, 0}}};
-constexpr double kSpringError = 0.1, kNodeError = 0.1;
+constexpr double kSpringError = 0.25, kNodeError = 0.1;
 constexpr double kNoSprings = 1e-3;  // share of the work below which a rim has none
 // Reach of a contact's elements, in its widths and mean edges. [derived: a disc's stress falls with
 // the square of the distance in widths]
@@ -227,7 +227,8 @@ void Correct(const MeshEffect& effect, ContactResponse* response) noexcept {
   response->stiffness_O *= rest;
   if (response->moment_O) *response->moment_O *= rest;
   response->moment_sigma *= rest;
-  response->force_error = rest * response->force_error + effect.error * response->force_O.norm();
+  response->mesh_error = effect.error * response->force_O.norm();
+  response->force_error = rest * response->force_error + response->mesh_error;
 }
 
 MeshEffect EffectOnLoad(const MeshShare& share) noexcept {
@@ -304,6 +305,12 @@ void StrainResolution::AddTo(int element, Group* group) {
 void StrainResolution::FindRegion(const Touch& touch, Region* region) {
   region->touch = touch;
   Group& group = region->group;
+  if (group.elements.capacity() == 0) {  // regions of later places allocate nothing
+    group.elements.reserve(elements_.size());
+    group.means.reserve(elements_.size());
+    group.volumes.reserve(elements_.size());
+    group.around.reserve(number_.size());
+  }
   group.elements.clear();
   group.means.clear();
   group.volumes.clear();

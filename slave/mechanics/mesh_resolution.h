@@ -91,8 +91,8 @@ struct MeshEffect {
 //   nodes                   0                                            0.4 shear
 //
 // Elements are too stiff by the energy that they lack; springs give way too much. The error has
-// another tenth of the springs' work, and 0.1 / sqrt(n) under a tool whose rim has none: one of its
-// n nodes more or less. Fitted to 48 presses on cylinders, layers, caps, half spheres and boxes
+// another quarter of the springs' work, and 0.1 / sqrt(n) under a tool whose rim has none: one of
+// its n nodes more or less. Fitted to 48 presses on cylinders, layers, caps, half spheres and boxes
 // (flat and round, sliding and glued, 4 to 15 elements across, uniform and graded; nu 0.2 to
 // 0.4999, four nodes without pressure up to 0.47), with ten nodes tried on 24, against
 // pressed_profile.py and pressed_box.py of the campaigns: what is left has a standard deviation

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "slave/mechanics/footprint/rim_share.h"
 #include "slave/mechanics/mesh_resolution.h"
 #include "slave/mesh/index.h"
 
@@ -222,14 +223,20 @@ void ContactSet::AddMotions() {
   }
 }
 
-// A place with its own unknown cannot be moved by two contacts.
+// A place with its own unknown cannot be moved by two contacts, unless flat faces have parts of it
+// that do not overlap: each then pushes it through its own spring.
 bool ContactSet::MarkMoved(const ContactSlot& slot) {
   const auto& places = slot.footprint.places;
   if (slot.footprint.point && places.size() > 1) return true;
-  for (const auto& [place, weight] : places) {
-    int& set = moved_by_[Index(place)];
-    if (set == set_) return Refuse("two contacts overlap: they share a boundary point");
-    set = set_;
+  for (std::size_t p = 0; p < places.size(); ++p) {
+    const std::size_t place = Index(places[p].place);
+    const double before = moved_by_[place] == set_ ? moved_share_[place] : 0;
+    const double share = slot.is_tool() ? slot.footprint.holds[p].share : 1;
+    if (before > 0 && !(before + share <= kWholeShare)) {
+      return Refuse("two contacts overlap: they share a boundary point");
+    }
+    moved_by_[place] = set_;
+    moved_share_[place] = before + share;
   }
   return true;
 }

@@ -72,7 +72,8 @@ class ContactSet {
       : compliance_(compliance),
         places_(places),
         law_(law),
-        moved_by_(static_cast<std::size_t>(compliance.places()), 0) {}
+        moved_by_(static_cast<std::size_t>(compliance.places()), 0),
+        moved_share_(static_cast<std::size_t>(compliance.places()), 0) {}
 
   // Ignores the values of the contacts, except a round tool that is deeper than before. Looks only
   // for the places of those that changed. kFailed: the set is cleared, failure() is the reason.
@@ -121,6 +122,7 @@ class ContactSet {
   ContactLaw law_;
   // For each place the number of the last set in which a contact moved it.
   std::vector<int> moved_by_;
+  std::vector<double> moved_share_;  // of its area, by all contacts of that set [-]
   int set_ = 0;
   bool known_ = false;
   bool crowded_ = false;            // a neighbour prevented a wider disc for a contact

@@ -105,7 +105,8 @@ void Constraints::HoldTouched(std::span<const TouchedNode> nodes) {
     if (at.sticks) {
       At(held_.free, at.node) = {};
     } else {
-      held_.guides.push_back({at.node, at.normal});
+      const Vector3d free = Eigen::Map<const Vector3d>(At(body_.free(), at.node).v);
+      held_.guides.push_back({at.node, free.cwiseProduct(at.normal).normalized()});
     }
   }
 }
@@ -143,6 +144,7 @@ double Constraints::Lift(const NodeVector& u, double share, NodeVector& lift) co
   for (const TouchedNode& at : touched_) {
     Vector3d change = at.target - Eigen::Map<const Vector3d>(At(u, at.node).v);
     if (!at.sticks) change = at.normal.dot(change) * at.normal;
+    change = change.cwiseProduct(Eigen::Map<const Vector3d>(At(body_.free(), at.node).v));
     Eigen::Map<Vector3d>(At(lift, at.node).v) = change;
     const double size = change.cwiseAbs().maxCoeff();
     if (size > at.slack) largest = std::max(largest, size);

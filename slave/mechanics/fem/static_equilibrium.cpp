@@ -22,7 +22,7 @@ constexpr double kErrorShare = 0.1;  // accuracy of the correction relative to t
 // Error that the correction leaves, relative to the correction and to the share of the residual
 // that is left [-]. With 1 the median of estimated by true error is 1 to 1.6, and of single queries
 // a tenth were more than three times their estimate. [measured: bench_organ]
-constexpr double kLeftShare = 2.5;
+constexpr double kLeftShare = 3;
 // Tolerance of a contact's forces and gaps after the correction, relative to that before [-], and
 // how often contacts that it changes are searched anew.
 constexpr double kDecisionShare = 0.02;
@@ -144,6 +144,9 @@ bool StaticEquilibrium::Increment(const NodeVector& f_ext, const Constraints& co
   if (found) {
     last_f_ = f_ext;
     if (!lets_go) LearnMotion(constraints);
+    // A lifted tool has no history: the motions of its last touch would move the places where nodes
+    // stick at the next one.
+    if (!tools.touches()) motion_count_ = 0;
     tools_ = nullptr;
     return true;
   }

@@ -21,6 +21,8 @@ constexpr int kMaxChanges = 25;  // changes of contact in one increment
 // This is slower, but converges for nodes that alternate between sticking and slipping.
 constexpr int kDamped = 10;
 constexpr double kMinSlack = 1e-9;
+// Part of the tool's normal along which a node must be free to be touched.
+constexpr double kMovable = 0.9;
 // Share of the error at a touch that stays in the place where the node sticks [-]. [measured:
 // bench_organ]
 constexpr double kStays = 0.15;
@@ -106,6 +108,7 @@ bool ToolContact::IsNear(const TouchableNode& at, const Vector3d& moved) const n
                        margin;
   if (from_apex.squaredNorm() > 2 * reach * reach) return false;
   if (at.normal.dot(placement_.normal) <= 0) return false;
+  if (at.free.cwiseProduct(placement_.normal).norm() < kMovable) return false;
   if (!is_face()) {
     const Vector3d x = at.rest + moved, from = x - CentreNear(x, displacement_);
     return placement_.normal.dot(from) < 0 && from.norm() <= tool_.radius + margin;
@@ -132,6 +135,7 @@ void ToolContact::Begin(const Vector3d& displacement, const NodeVector& u) noexc
     if (point.state == State::kApart || (point.state == State::kSlips && !IsAtRim(point))) {
       point.anchor = moved - accepted_.displacement;
     }
+    point.first_anchor = point.anchor;  // of one that leaves and returns in this increment
     point.at = &at;
     point.before = moved;
     point.depth_before = DepthOf(at.rest + moved, accepted_.displacement);
@@ -172,7 +176,8 @@ void ToolContact::FindGap(const NodeVector& u, Point* point) const noexcept {
 Vector3d ToolContact::ForceOn(const Point& point, const NodeVector& reaction) const noexcept {
   if (point.state == State::kApart) return Vector3d::Zero();
   if (IsAtRim(point)) return point.spring;
-  const Vector3d force = AtNode(reaction, point.at->node);
+  // A support carries its own components.
+  const Vector3d force = point.at->free.cwiseProduct(AtNode(reaction, point.at->node));
   if (point.state == State::kSticks) return force;
   Vector3d direction = point.normal;
   const double size = point.friction.norm();
@@ -181,16 +186,20 @@ Vector3d ToolContact::ForceOn(const Point& point, const NodeVector& reaction) co
 }
 
 // The force of the spring of a node at the rim, which a return to Coulomb's cone limits. Before a
-// step has moved the nodes, those that touch stay as they are, with their last friction.
-ToolContact::State ToolContact::PushBySpring(const Vector3d& moved, Point* point) const noexcept {
+// step has moved the nodes, and unless it `judges`, those that touch stay as they are, with their
+// last friction. A stiff spring would reverse the friction of a slipping node at every step, so the
+// way beyond its last friction counts with the stiffness of the node at most.
+ToolContact::State ToolContact::PushBySpring(const Vector3d& moved, bool judges,
+                                             Point* point) const noexcept {
   const Vector3d& n = point->normal;
   const State last = point->state;
-  const bool stays = is_first_ && last != State::kApart;
+  const bool touched_first = is_first_ && last != State::kApart;
+  const bool stays = touched_first || (!judges && last != State::kApart);
   const double depth = point->least - n.dot(moved);
   const Vector3d friction = Across(n, point->spring);
   point->spring.setZero();
   point->spring_stiffness.setZero();
-  if (!(depth > 0) && !stays) return State::kApart;
+  if (!(depth > 0) && !touched_first) return State::kApart;
   if (last == State::kApart) point->anchor = point->first_anchor, point->is_new = true;
   const DiscCompliance compliance = SpringAtRim(poisson_ratio_, point->at->part, point->share);
   const double normal = point->at->modulus / compliance.normal,
@@ -200,26 +209,28 @@ ToolContact::State ToolContact::PushBySpring(const Vector3d& moved, Point* point
   if (!(friction_ > 0) || (std::isinf(friction_) && point->is_let_go)) return State::kSlips;
   const Eigen::Matrix3d plane = Eigen::Matrix3d::Identity() - n * n.transpose();
   const Vector3d held = across * Across(n, displacement_ + point->anchor - moved);
-  const double size = held.norm(), most = friction_ * normal * std::max(depth, 0.0);
+  const double firm = last == State::kSlips ? std::min(across, point->at->stiffness) : across;
+  const Vector3d trial =
+      last == State::kSlips ? Vector3d(friction + firm / across * (held - friction)) : held;
+  const double size = trial.norm(), most = friction_ * normal * std::max(depth, 0.0);
   if (stays ? last == State::kSticks : size <= most) {
     point->spring += held;
     point->spring_stiffness += across * plane;
     return State::kSticks;
   }
   if (last == State::kApart || !(size > 0)) return State::kSlips;
-  const Vector3d along = held / size;
+  const Vector3d along = trial / size;
   Vector3d next = stays ? friction : Vector3d(most * along);
   if (judged_ > kDamped) next = 0.5 * (next + friction);
   point->spring += next;
-  point->spring_stiffness += across * next.norm() / size * (plane - along * along.transpose());
+  point->spring_stiffness += firm * next.norm() / size * (plane - along * along.transpose());
   return State::kSlips;
 }
 
 void ToolContact::UpdateSprings(const NodeVector& u) noexcept {
   for (Point& point : points_) {
     if (point.state == State::kApart || !IsAtRim(point)) continue;
-    const State next = PushBySpring(AtNode(u, point.at->node), &point);
-    if (next != State::kApart) point.state = next;
+    PushBySpring(AtNode(u, point.at->node), false, &point);
   }
 }
 
@@ -317,7 +328,7 @@ bool ToolContact::UpdateTouching(const NodeVector& u, const NodeVector& reaction
     if (!is_mine || !point.reached) {
       point.state = State::kApart;
     } else if (IsAtRim(point)) {
-      point.state = PushBySpring(moved, &point);
+      point.state = PushBySpring(moved, true, &point);
     } else if (last != State::kApart || inside) {
       if (settles()) point.state = Next(u, reaction, slack * largest, &point);
     }

@@ -32,7 +32,7 @@
 
 namespace palpate::fem {
 
-// A node of the surface without fixed components.
+// A node of the surface that supports do not hold completely.
 struct TouchableNode {
   int node = -1;                    // of the body
   Eigen::Vector3d rest{0, 0, 0};    // position at rest
@@ -41,6 +41,7 @@ struct TouchableNode {
   double part = 0;                  // PartRadius (rim_share.h)
   double stiffness = 0;             // stiffness of the node against a force normal to the surface
   double modulus = 1;               // Young's modulus around it, relative to the body's
+  Eigen::Vector3d free{1, 1, 1};    // per component: 0 where a support holds it
 };
 
 class ToolContact {
@@ -101,6 +102,10 @@ class ToolContact {
   [[nodiscard]] const Eigen::Vector3d& moment() const { return accepted_.moment; }
   [[nodiscard]] bool is_disc() const { return tool_.shape == Tool::Shape::kFlat; }
   [[nodiscard]] int touching() const { return accepted_.touching; }
+  // Returns whether a node touches in this increment.
+  [[nodiscard]] bool touches() const {
+    return std::ranges::any_of(points_, [](const Point& p) { return p.state != State::kApart; });
+  }
   // Work of the springs at the rim, twice [units].
   [[nodiscard]] double spring_work() const { return accepted_.spring_work; }
   [[nodiscard]] double reach() const { return accepted_.reach; }
@@ -179,7 +184,7 @@ class ToolContact {
                                         const NodeVector& reaction) const noexcept;
   State Next(const NodeVector& u, const NodeVector& reaction, double force_slack,
              Point* point) const noexcept;
-  State PushBySpring(const Eigen::Vector3d& moved, Point* point) const noexcept;
+  State PushBySpring(const Eigen::Vector3d& moved, bool judges, Point* point) const noexcept;
 
   Tool tool_;
   Placement placement_;

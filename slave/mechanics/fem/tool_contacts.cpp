@@ -77,10 +77,11 @@ ToolContacts::ToolContacts(const SolidMesh& mesh, double poisson_ratio, const Fe
   for (std::size_t n = 0; n < edges.size(); ++n) {
     const int node = body.Number(static_cast<int>(n));
     const double* free = At(body.free(), node).v;
-    if (edges[n] == 0 || free[0] * free[1] * free[2] == 0) continue;
+    if (edges[n] == 0 || free[0] + free[1] + free[2] == 0) continue;
     const double unit = body.length_unit();
     surface_.push_back({node, skin_.nodes[n] / unit, normals_[n], edges[n] / unit,
-                        PartRadius(areas[n]) / unit, body.Stiffness(node), moduli[n]});
+                        PartRadius(areas[n]) / unit, body.Stiffness(node), moduli[n],
+                        Vector3d(free[0], free[1], free[2])});
   }
   touched_.reserve(surface_.size());
   constraints.ReserveTouched(surface_.size());

@@ -30,6 +30,8 @@ class ToolContacts {
   void Reset() noexcept;
   [[nodiscard]] bool empty() const { return tools_.empty(); }
   [[nodiscard]] int size() const { return static_cast<int>(tools_.size()); }
+  // Returns whether a tool touches a node in this increment.
+  [[nodiscard]] bool touches() const { return std::ranges::any_of(tools_, &ToolContact::touches); }
   [[nodiscard]] const ToolContact& at(int tool) const {
     return tools_[static_cast<std::size_t>(tool)];
   }

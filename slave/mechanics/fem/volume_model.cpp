@@ -170,29 +170,21 @@ void VolumeModel::AssessMesh(std::span<const Contact> contacts) {
 void VolumeModel::CorrectForMesh(std::size_t contact, const Contact& at,
                                  ContactResponse* response) {
   const double width = WidthOfTouch(at);
-  if (width == 0 || response->force_O.isZero(0)) return;
+  if (width == 0) return;
   const double work = response->force_O.dot(response->displacement_O);
   const MeshShare share =
       strain_.ShareNear(contact, {at.p_O / traits_.length_unit, width / traits_.length_unit}, u_,
                         work / (traits_.force_unit * traits_.length_unit));
   if (at.kind == Contact::Kind::kForce) {
-    response->displacement_error += EffectOnLoad(share).error * response->displacement_O.norm();
+    response->mesh_error = EffectOnLoad(share).error * response->displacement_O.norm();
+    response->displacement_error += response->mesh_error;
     return;
   }
   const auto elements = traits_.nodes_per_element == 10 ? Elements::kTenNodes
                         : traits_.has_pressure          ? Elements::kFourNodesMixed
                                                         : Elements::kFourNodes;
   MeshEffect effect = EffectOf(share, {response->spring_share, response->touching}, elements);
-  if (!places()[contact].holds.empty() && at.radius == 0) {
-    // Whole nodes are wider or narrower than the face; a stiffness is proportional to the width.
-    double square = 0;
-    for (const ToolHold& hold : places()[contact].holds) {
-      square += hold.part_radius * hold.part_radius;
-    }
-    const double wider = 2 * std::sqrt(square) / at.width - 1;
-    effect.excess += wider;
-    effect.error += kOfWholeNodes;
-  }
+  if (!places()[contact].holds.empty() && at.radius == 0) effect.error += kOfWholeNodes;
   Correct(effect, response);
 }
 

@@ -336,7 +336,7 @@ TEST_F(IdentifyCommand, CountsACaseWithAnyFlaggedRow) {
   ASSERT_EQ(RunSolve({.scene = scene, .contacts = contacts, .out = answers}), 0);
   const json report = Run({.data = {"press=" + answers.string()}, .scene = scene});
   EXPECT_THAT(report.at("warnings").at(0).get<std::string>(),
-              HasSubstr("1 of 2 cases are extrapolated, the first because the mesh is too coarse"));
+              HasSubstr("1 of 2 cases are extrapolated, the first because the error of the mesh"));
 }
 
 // The force of a membrane has a part by its tension at rest and one by its modulus. The scene

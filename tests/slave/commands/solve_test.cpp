@@ -181,8 +181,9 @@ TEST_F(SolveTest, RowsArePressedByTheScenesTool) {
 }
 
 // Reference: finite elements of palpate-simulator, 2.364 N for 9 mm of thickness (README.md). With
-// one element under the tool the force of whole elements is 7 % too low. Their error is corrected
-// under a single tool, and flagged where it is not.
+// one element under the tool the force of whole elements is 7 % too low. Elements at the tool's rim
+// count by their shares, so 60 elements are within 1 % of 900, also for two tools at once. What is
+// left is flagged where it is beyond the tolerance.
 TEST_F(SolveTest, TheForceOfWholeElementsIsCorrectedForTheToolsWidth) {
   options_.scene = Write("tool.yaml", std::string(kSolvedBlock) +
                                           "tool: {shape: flat, width: 5.87 mm, depth: whole}\n");
@@ -199,10 +200,14 @@ TEST_F(SolveTest, TheForceOfWholeElementsIsCorrectedForTheToolsWidth) {
     EXPECT_EQ(outcome.rows[0].at("validity"), "valid") << outcome.message;
     EXPECT_NEAR(Number(outcome, 0, "fy") / (-2.364 * 4 / 9), 1, 0.015) << elements;
   }
-  EXPECT_THAT(solve(60, "5 %", "A,0.01,0.088,0,-5e-3\n").message,
-              HasSubstr("2 of 2 rows are extrapolated"));
+  const std::string beside = "A,0.01,0.088,0,-5e-3\n";
+  const SolveOutcome two = solve(60, "5 %", beside), fine = solve(900, "5 %", beside);
+  for (const std::size_t row : {0U, 1U}) {
+    EXPECT_EQ(two.rows.at(row).at("validity"), "valid") << two.message;
+    EXPECT_NEAR(Number(two, row, "fy") / Number(fine, row, "fy"), 1, 0.01) << row;
+  }
   const SolveOutcome strict = solve(60, "0.5 %", "", 0.02);
-  EXPECT_THAT(strict.message, HasSubstr("the error of the force that is left"));
+  EXPECT_THAT(strict.message, HasSubstr("the elements under the tool or in a held arc"));
 }
 
 // The output is a table of the same contacts.
@@ -226,12 +231,17 @@ model: {kind: fem}
 
 // Reference: a sphere on a bonded layer of 20 mm, nu 0.4 (Dimitriadis et al., Biophys J 82, 2002):
 // 3.07 times the force at twice the depth. The force of a flat punch is proportional to the depth.
+// The sphere touches a circle of 7 mm at first: of nodes 5 mm apart it would reach a single one,
+// and the rows would be extrapolated.
 TEST_F(SolveTest, RowsWithoutARadiusHaveThatOfTheScenesRoundTool) {
   options_.scene = Write("gel.yaml", kGel);
+  options_.overrides = {"model={kind: fem-green, element: tet10}",
+                        "object.geometry.box.cells=[10, 10, 5]"};
   const std::string rows = "a,0.02,0.02,0.02,0,0,-0.001\nb,0.02,0.02,0.02,0,0,-0.002\n";
   const SolveOutcome round = RunContacts(kHeader + rows);
   ASSERT_EQ(round.rows.size(), 2U) << round.message;
   EXPECT_NEAR(Number(round, 1, "fz") / Number(round, 0, "fz"), 3.07, 0.15);
+  EXPECT_EQ(round.rows[1].at("validity"), "valid") << round.message;
   EXPECT_EQ(Number(round, 0, "radius"), 0.012);
   const SolveOutcome given =
       RunContacts("case,x,y,z,dx,dy,dz,radius\na,0.02,0.02,0.02,0,0,-0.001,0.012\n");
@@ -317,8 +327,10 @@ TEST_F(SolveTest, OnAPathACaseContinuesFromTheOneBefore) {
   }
 }
 
+// The stated error of the mesh, three cells across the tool, is 6 %.
 TEST_F(SolveTest, APathEndsAtACaseWithoutSolution) {
   options_.scene = Write("slippery.yaml", kSlippery);
+  options_.overrides = {"model.tolerance=10 %"};
   options_.follows_path = true;
   const SolveOutcome outcome = RunContacts(
       "case,x,y,z,dx,dy,dz,width\npress,0.03,0.03,0.03,0,0,-0.002,0.02\n"
@@ -405,8 +417,10 @@ TEST_F(SolveTest, WritesOverNothingItReads) {
 }
 
 // A tool of 2 mm on cells of 10 mm, near an edge: the row is flagged as extrapolated with a reason.
-// At the centre the answer is valid. Reference: a bonded disc on a half-space (Spence), 3 %.
+// At the centre the answer is valid within 6 %: it states 5 % for a disc that is narrower than the
+// mesh resolves. Reference: a bonded disc on a half-space (Spence), 3 %.
 TEST_F(SolveTest, SaysWhyARowIsExtrapolated) {
+  options_.overrides = {"model.tolerance=6 %"};
   options_.scene = Write("scene.yaml", R"(name: cube
 object:
   geometry: {box: {size: [60 mm, 60 mm, 60 mm], cells: [6, 6, 6]}}

@@ -82,12 +82,21 @@ const Bending& BendingTable::Learn(int triangle, double width, RestFactor* facto
       nodes.push_back(layout_.node_of_place()[Index(place)]);
     }
   }
-  const auto share = 1 / static_cast<double>(nodes.size());
+  // Even on the parts of the surface of a tool's nodes.
+  std::vector<double> shares;
+  double whole = 0;
+  for (std::size_t k = 0; k < nodes.size(); ++k) {
+    const ToolHold* hold = footprint.holds.empty() ? nullptr : &footprint.holds[k];
+    const bool has_part = hold != nullptr && hold->part_radius > 0;
+    shares.push_back(has_part ? hold->share * hold->part_radius * hold->part_radius : 1);
+    whole += shares.back();
+  }
+  for (double& share : shares) share /= whole;
   Eigen::MatrixX3d x = Eigen::MatrixX3d::Zero(stiffness_.lower.rows(), 3);
-  for (const int node : nodes) {
+  for (std::size_t k = 0; k < nodes.size(); ++k) {
     for (int c = 0; c < 3; ++c) {
-      const int row = stiffness_.row[Index(node)][Index(c)];
-      if (row >= 0) x(row, c) += share;
+      const int row = stiffness_.row[Index(nodes[k])][Index(c)];
+      if (row >= 0) x(row, c) += shares[k];
     }
   }
   factor->Solve(x);
@@ -95,7 +104,7 @@ const Bending& BendingTable::Learn(int triangle, double width, RestFactor* facto
   for (int c = 0; c < 3; ++c) {
     stiffness_.Spread(x.col(c), &u);
     double& compliance = entry.bending.compliance[c];
-    for (const int node : nodes) compliance += share * u[Index(node)][c];
+    for (std::size_t k = 0; k < nodes.size(); ++k) compliance += shares[k] * u[Index(nodes[k])][c];
     if (!(compliance > 0)) continue;  // fixed by a support
     for (auto& moved : u) moved *= kSmall / compliance;
     entry.bending.softness[c] = strain_.Softness(u, nodes);

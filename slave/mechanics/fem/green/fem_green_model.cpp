@@ -9,6 +9,11 @@
 namespace palpate {
 namespace {
 
+// Error of a disc that is narrower than the mesh resolves, see SurfaceFootprints [-]. [measured:
+// PatchResolution.ANarrowDiscOnACoarseMeshIsWithinItsStatedError]
+constexpr double kOfWiderDisc = 0.05;
+constexpr double kMostByOthers = 2;  // ratio of works
+
 // A coarse patch is the weakest reason for a flag: other reasons replace it.
 bool MayReplaceReason(const ContactResponse& response) {
   return response.validity == Validity::kValid ||
@@ -106,15 +111,30 @@ void FemGreenModel::AssessMesh(const ContactSlot& slot, const Contact& contact,
     response->flag_reason = kStiffInBending;
   }
   if (is_point) return;
-  const MeshShare share{(work * bending.shear.array()).sum(),
-                        (work * bending.volume.array()).sum()};
+  const double part = MeshPart(slot, bending, *response);
+  const MeshShare share{part * (work * bending.shear.array()).sum(),
+                        part * (work * bending.volume.array()).sum()};
   if (slot.load >= 0) {
-    response->displacement_error = EffectOnLoad(share).error * response->displacement_O.norm();
+    response->displacement_error = response->mesh_error =
+        EffectOnLoad(share).error * response->displacement_O.norm();
   } else {
-    Correct(
-        EffectOf(share, {response->spring_share, response->touching}, columns_.stiffness().kind()),
-        response);
+    MeshEffect effect =
+        EffectOf(share, {response->spring_share, response->touching}, columns_.stiffness().kind());
+    if (slot.footprint.narrower != 0) effect.error += kOfWiderDisc;
+    Correct(effect, response);
   }
+}
+
+// Work of a force on the body at its own contact, relative to the response's [-]: other contacts
+// change the response, and of a disc that a wider one represents the rest is known exactly.
+double FemGreenModel::MeshPart(const ContactSlot& slot, const Bending& bending,
+                               const ContactResponse& response) const {
+  const double whole = response.force_O.dot(response.displacement_O);
+  const bool is_alone = solver_.slots().size() == 1;
+  if ((is_alone && slot.footprint.narrower == 0) || !(whole > 0)) return 1;
+  const double of_mesh =
+      displacement_unit_ * (response.force_O.array().square() * bending.compliance.array()).sum();
+  return std::min(is_alone ? 1.0 : kMostByOthers, of_mesh / whole);
 }
 
 const Bending& FemGreenModel::BendingOf(int triangle, double width) {

@@ -63,6 +63,8 @@ class FemGreenModel final : public DeformationModel {
   void AssessMesh(std::span<const Contact> contacts, std::span<ContactResponse> responses);
   void AssessMesh(const ContactSlot& slot, const Contact& contact, ContactResponse* response);
 
+  [[nodiscard]] double MeshPart(const ContactSlot& slot, const Bending& bending,
+                                const ContactResponse& response) const;
   const Bending& BendingOf(int triangle, double width);
 
   SurfaceMesh surface_;

@@ -120,7 +120,7 @@ double HarmonicError(Element element, double nu, int cells) {
   const auto contacts = DriveBy(field, model.mesh(), 0.5 / (1 + nu));
   std::vector<ContactResponse> responses(contacts.size());
   model.Respond(contacts, responses);
-  const bool locks = element == Element::kTet4 && nu >= kLocks;
+  const bool locks = element == Element::kTet4 && nu >= kLocksAtPoint;
   EXPECT_EQ(responses[0].validity, locks ? Validity::kExtrapolated : Validity::kValid)
       << model.failure();
   return Error(model, [&](const Vector3d& p) { return field.u(p); }) / field.a;
