@@ -332,7 +332,8 @@ void Try(const Candidate& candidate, const PressSpec& question, const ModelFacto
   const auto valid = std::ranges::find_if(row->answers, [](const PressAnswers& answers) {
     return answers.full.validity == Validity::kValid;
   });
-  const auto timed = valid == row->answers.end() ? 0 : valid - row->answers.begin();
+  const auto timed =
+      valid == row->answers.end() ? 0 : static_cast<int>(valid - row->answers.begin());
   std::vector<double> seconds = trial.Updates(question.presses[Index(timed)], timing_s);
   std::ranges::sort(seconds);
   row->update_median_s = Quantile(seconds, 0.5);

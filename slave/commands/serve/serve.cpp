@@ -122,7 +122,7 @@ void CheckSetup(const ServeOptions& options) {
   }
 }
 
-std::unique_ptr<LiveSlave> OpenScene(const ServeOptions& options, const std::stop_token& stop,
+std::unique_ptr<LiveSlave> OpenScene(const ServeOptions& options,
                                      std::optional<SlaveRecorder>* recording) {
   const Scene scene = LoadRunningScene(options.scene, options.overrides);
   if (!options.record.empty()) recording->emplace(options, scene);
@@ -186,7 +186,7 @@ int RunServe(const ServeOptions& options, StopOnSignal& signals) {
   std::optional<SlaveRecorder> recording;
   std::optional<SetupSession> setup;
   std::unique_ptr<LiveSlave> slave =
-      options.setup.empty() ? OpenScene(options, stop, &recording) : OpenSetup(options, &setup);
+      options.setup.empty() ? OpenScene(options, &recording) : OpenSetup(options, &setup);
   std::string listen = options.listen;
   for (bool is_first = true;; is_first = false) {
     std::optional<Server> server(std::in_place, *slave, listen, options.insecure, options.tls);
