@@ -54,6 +54,8 @@ class Compliance {
   virtual const double* Column(int place) = 0;
   // The force of a unit amplitude: where amplitudes are tractions, the length they act on.
   [[nodiscard]] virtual double measure(int /*place*/) const { return 1; }
+  // Young's modulus around a place, relative to the body's.
+  [[nodiscard]] virtual double modulus(int /*place*/) const { return 1; }
   // Returns the components fixed by a support at a place; in the base class those with zero
   // compliance.
   [[nodiscard]] virtual std::array<bool, 3> Held(int place) {

@@ -229,7 +229,8 @@ double ComplianceSolver::SpringShare(const ContactSlot& slot,
     if (hold.share >= kWholeShare) continue;
     const double pressed = n.dot(ForceOf(u));
     of_springs += pressed * pressed * params_.springs * length_unit_ *
-                  SpringAtRim(params_.poisson_ratio, hold.part_radius, hold.share).normal;
+                  SpringAtRim(params_.poisson_ratio, hold.part_radius, hold.share).normal /
+                  compliance_.modulus(u.shares[0].place);
   }
   return of_springs / work;
 }
@@ -243,7 +244,7 @@ void ComplianceSolver::AddSprings(const ContactSlot& slot, double* first, int st
     Matrix3d spring =
         u.measure * SpringOfElement(params_.poisson_ratio, hold.share) * Matrix3d::Identity();
     if (compliance_.components() == 3) {
-      spring = params_.springs * length_unit_ *
+      spring = params_.springs * length_unit_ / compliance_.modulus(u.shares[0].place) *
                SpringAtRim(params_.poisson_ratio, hold.part_radius, hold.share)
                    .Around(slot.footprint.normal_O);
     }

@@ -36,6 +36,20 @@ GreenColumns::GreenColumns(RestStiffness stiffness, std::size_t memory_limit,
       memory_limit_(memory_limit),
       groups_(Index(layout_.groups())),
       column_of_place_(Index(layout_.places()), nullptr) {
+  const TetMesh& elements = stiffness_.elements;
+  if (!elements.modulus.empty()) {
+    std::vector<double> sum(elements.nodes.size(), 0), count(elements.nodes.size(), 0);
+    for (int e = 0; e < elements.element_count(); ++e) {
+      for (const int node : elements.element(e)) {
+        sum[Index(node)] += elements.ModulusOf(e);
+        count[Index(node)] += 1;
+      }
+    }
+    for (int p = 0; p < layout_.places(); ++p) {
+      const auto node = Index(layout_.node_of_place()[Index(p)]);
+      moduli_.push_back(count[node] > 0 ? sum[node] / count[node] : 1);
+    }
+  }
   if (!cache.empty()) cache_ = layout_.Cache(cache);
   bool all_kept = cache_.enabled();
   for (int g = 0; g < layout_.groups() && all_kept; ++g) all_kept = cache_.Has(g);

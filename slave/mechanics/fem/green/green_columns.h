@@ -42,6 +42,9 @@ class GreenColumns final : public Compliance {
   [[nodiscard]] bool IsReady(int place) const {
     return column_of_place_[static_cast<std::size_t>(place)] != nullptr;
   }
+  [[nodiscard]] double modulus(int place) const override {
+    return moduli_.empty() ? 1 : moduli_[Index(place)];
+  }
   [[nodiscard]] double length_unit() const override { return stiffness_.length_unit; }
   [[nodiscard]] std::size_t memory_bytes() const override;
 
@@ -76,6 +79,7 @@ class GreenColumns final : public Compliance {
   std::vector<const double*> column_of_place_;
   std::size_t column_bytes_ = 0;
   int groups_computed_ = 0;
+  std::vector<double> moduli_;  // per place, means of the elements around; empty: all one
 };
 
 // Computes the groups of columns that GreenColumns stores in the folder `cache`, and those of the
