@@ -41,12 +41,12 @@ constexpr double kMaxPoisson = 0.4999;
 
 // Of EffectOf, by Elements [-].
 struct EffectFactors {
-  double shear, volume, springs;     // of the excess
-  double shear_error, volume_error;  // of the error
+  double shear, volume, springs;                 // of the excess
+  double shear_error, volume_error, node_error;  // of the error
 };
 constexpr std::array<EffectFactors, 3> kEffects{
-    {{1.05, 1.35, -1.3, 0.25, 0.5}, {0.6, 0, -0.35, 0.3, 0}, {0, 0, 0, 0.4, 0}}};
-constexpr double kSpringError = 0.25, kNodeError = 0.1;
+    {{1.05, 1.35, -1.3, 0.25, 0.5, 0.1}, {0.6, 0, -0.35, 0.5, 0, 0.1}, {0, 0, 0, 0.4, 0, 0.25}}};
+constexpr double kSpringError = 0.25;
 constexpr double kNoSprings = 1e-3;  // share of the work below which a rim has none
 // Reach of a contact's elements, in its widths and mean edges. [derived: a disc's stress falls with
 // the square of the distance in widths]
@@ -215,7 +215,7 @@ MeshEffect EffectOf(const MeshShare& share, const ToolTouch& touch, Elements ele
   const EffectFactors& f = kEffects[static_cast<std::size_t>(elements)];
   const bool has_springs = touch.spring_share > kNoSprings;
   const double by_nodes = has_springs ? kSpringError * touch.spring_share
-                                      : kNodeError / std::sqrt(std::max(1, touch.touching));
+                                      : f.node_error / std::sqrt(std::max(1, touch.touching));
   return {f.shear * share.shear + f.volume * share.volume + f.springs * touch.spring_share,
           f.shear_error * share.shear + f.volume_error * share.volume + by_nodes};
 }

@@ -94,8 +94,11 @@ void CaseSolver::FitTool(bool acts_alone, SolveRow* row) {
   if (row->response.validity == Validity::kFailed) return;
   const ToolWidth::Share share = WidthShareOf(*row);
   if (acts_alone) share.Correct(&row->response);
-  domain_->where.FlagOutside(row->contact, &row->response);
   const double error = 2 * share.sigma + (acts_alone ? 0 : std::abs(share.factor - 1));
+  domain_->where.FlagOutside(row->contact, &row->response);
+  // The elements' error is independent of that of the plane.
+  row->response.force_error =
+      std::hypot(row->response.force_error, error * row->response.force_O.norm());
   if (row->response.validity != Validity::kValid || error <= scene_.model.tolerance) return;
   row->response.validity = Validity::kExtrapolated;
   row->response.flag_reason = kWholeElements;

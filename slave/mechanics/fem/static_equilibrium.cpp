@@ -24,7 +24,7 @@ constexpr double kErrorShare = 0.1;  // accuracy of the correction relative to t
 // a tenth were more than three times their estimate. [measured: bench_organ]
 constexpr double kLeftShare = 3;
 // Tolerance of a contact's forces and gaps after the correction, relative to that before [-], and
-// how often contacts that it changes are searched anew.
+// how often contacts that it changes are searched again.
 constexpr double kDecisionShare = 0.02;
 constexpr int kCorrections = 3;
 constexpr double kLinearShare = 0.5;  // of the residual aimed at, left by a linear system

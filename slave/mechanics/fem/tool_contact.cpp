@@ -63,7 +63,7 @@ void ToolContact::Reset() noexcept {
   accepted_.moment.setZero();
   accepted_.touching = 0;
   accepted_.reach = accepted_.error = accepted_.error_at_touch = 0;
-  accepted_.touches_anew = false;
+  accepted_.has_new_touch = false;
   shares_ = false;
 }
 
@@ -407,7 +407,7 @@ void ToolContact::Accept(const NodeVector& u, const NodeVector& reaction) noexce
       const double compliance = SpringAtRim(poisson_ratio_, point.at->part, point.share).normal;
       accepted_.spring_work += pressed * pressed * compliance / point.at->modulus;
     }
-    accepted_.touches_anew = accepted_.touches_anew || point.is_new;
+    accepted_.has_new_touch = accepted_.has_new_touch || point.is_new;
     // A spring on Coulomb's cone slips until its force is on it.
     if (point.state == State::kSlips && IsAtRim(point)) {
       const double across = SpringAtRim(poisson_ratio_, point.at->part, point.share).across;
@@ -426,10 +426,10 @@ void ToolContact::EstimateError(const NodeVector& reaction, const NodeVector& u)
   }
   accepted_.error = sum.norm();
   if (accepted_.touching == 0) accepted_.error_at_touch = 0;
-  if (accepted_.touches_anew) {
+  if (accepted_.has_new_touch) {
     accepted_.error_at_touch = std::max(accepted_.error_at_touch, kStays * accepted_.error);
   }
-  accepted_.touches_anew = false;
+  accepted_.has_new_touch = false;
 }
 
 }  // namespace palpate::fem

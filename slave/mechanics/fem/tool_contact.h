@@ -160,7 +160,7 @@ class ToolContact {
     int touching = 0;
     double spring_work = 0;
     double reach = 0;
-    bool touches_anew = false;  // a node has touched since the last estimate
+    bool has_new_touch = false;  // a node has touched since the last estimate
     double error = 0, error_at_touch = 0;
   };
 

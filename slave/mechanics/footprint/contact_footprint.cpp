@@ -353,8 +353,7 @@ void SurfaceFootprints::HoldWhole(const Contact& contact, ContactFootprint* foot
     if (is_corner_[Index(node)] != 0) continue;
     const double height = footprint->normal_O.dot(surface_.nodes[Index(node)] - contact.p_O);
     footprint->places.push_back({node, 1});
-    footprint->holds.push_back(
-        {std::max(0.0, -height), 1, PartOf(node, footprint->normal_O).radius});
+    footprint->holds.push_back({std::max(0.0, -height), 1, 0});
   }
 }
 

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 #include <optional>
 #include <span>
 #include <stdexcept>
@@ -108,10 +107,9 @@ ContactStiffness::ContactStiffness(const Scene& scene, const SurfaceMesh& surfac
 ContactStiffness::~ContactStiffness() = default;
 
 // Reciprocity makes it symmetric; rounding does not. nullopt: the result is no valid stiffness.
-std::optional<Matrix3d> ContactStiffness::Alone(const Contact& contact, bool* takes_width) const {
+std::optional<Matrix3d> ContactStiffness::Alone(const Contact& contact) const {
   ContactResponse response;
   greens_->model->Respond(std::span(&contact, 1), std::span(&response, 1));
-  *takes_width = response.takes_width;
   return Symmetric(response.stiffness_O, response.validity);
 }
 
@@ -150,16 +148,12 @@ const ContactStiffness::NodeCompliance& ContactStiffness::Node(int node) {
   const Vector3d& p_O = surface_.nodes[Index(node)];
   const auto place = FindPlace(surface_, p_O);
   if (!place) return known;
-  double area = 0;
-  for (const int i : PatchAt(surface_, *place, p_O, patch_width_).nodes)
-    area += node_area_[Index(i)];
   const Contact contact{.p_O = p_O, .element = place->triangle, .width = patch_width_};
-  bool takes_width = false;
-  const auto alone = Alone(contact, &takes_width);
+  const auto alone = Alone(contact);
   if (!alone) return known;
   const auto together = companions_.empty() ? alone : Together(contact);
   known.C_O = together.value_or(*alone).inverse();
-  known.patch_radius = takes_width ? patch_width_ / 2 : std::sqrt(area / std::numbers::pi);
+  known.patch_radius = patch_width_ / 2;
   return known;
 }
 

@@ -66,9 +66,7 @@ class ContactStiffness {
     bool asked = false;
   };
   const NodeCompliance& Node(int node);
-  // `takes_width`: it is the stiffness of a disc as wide as the contact, else that of its nodes.
-  [[nodiscard]] std::optional<Eigen::Matrix3d> Alone(const Contact& contact,
-                                                     bool* takes_width) const;
+  [[nodiscard]] std::optional<Eigen::Matrix3d> Alone(const Contact& contact) const;
   [[nodiscard]] std::optional<Eigen::Matrix3d> Together(const Contact& contact) const;
 
   Object object_;
