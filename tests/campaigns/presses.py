@@ -74,15 +74,19 @@ def draw_arc(rng):
     """Sheets with a flat or curved top, on two meshes."""
     press = volumes.draw_sheet(rng)
     thickness, E = 0.02 * min(2 * press.radius, press.height), volumes.E
-    side = press.height - float(press.profile.fall(press.radius))
-    steps = 48 if press.cap else 1
-    top = [(press.radius * (1 - 2 * i / steps), press.height - float(press.profile.fall(press.radius * (1 - 2 * i / steps)))) for i in range(steps + 1)]
-    points = [(-press.radius, 0), (press.radius, 0), *top]
-    outline = 2 * (press.radius + side) + sum(math.dist(p, q) for p, q in zip(top, top[1:])) + 2 * press.radius
+    angle = math.asin(press.radius / press.cap) if press.cap else 0
+    top = 2 * press.cap * angle if press.cap else 2 * press.radius
+    outline = 2 * (press.radius + press.height - float(press.profile.fall(press.radius))) + top
     for _ in range(2):
         across, order = round(4 * 4 ** rng.random()), rng.choice(["constant", "quadratic"])
         elements = max(64, min(2000, round(outline * across / (2 * press.reach))))
-        across, text = elements * 2 * press.reach / outline, ", ".join(f"[{x:.6g} mm, {y:.6g} mm]" for x, y in points)
+        across = elements * 2 * press.reach / outline
+        # One side of the polygon for each element, whose corners lie above the arc by what makes it lie on the arc in the mean.
+        steps = 2 * round(elements * top / outline / 2) if press.cap else 1
+        lift = (top / steps) ** 2 / (12 * press.cap) if press.cap else 0
+        places = [press.radius * (1 - 2 * i / steps) for i in range(steps + 1)]
+        points = [(-press.radius, 0), (press.radius, 0), *((x, press.height - float(press.profile.fall(x)) + lift) for x in places)]
+        text = ", ".join(f"[{x:.7g} mm, {y:.7g} mm]" for x, y in points)
         tool = f"shape: round, width: {2 * press.tool_radius:g} mm" if press.tool_radius else f"shape: flat, width: {2 * press.half_width:g} mm"
         scene = f"""name: sheet
 object:
@@ -92,7 +96,7 @@ object:
 tool: {{{tool}, depth: whole}}
 model: {{kind: bem2d, plane: stress, order: {order}, elements: {elements}, contact: {'bonded' if press.friction else 'frictionless'}, tolerance: {TOLERANCE}}}
 """
-        yield Press("arc", scene, ([0, press.height / 1e3], [0, -press.depth / 1e3]), lambda: thickness * volumes.true_force(press),
+        yield Press("arc", scene, ([0, (press.height + lift) / 1e3], [0, -(press.depth + lift) / 1e3]), lambda: thickness * volumes.true_force(press),
                     f"bem2d {order} {press.words()}, across {across:.1f}", across)
 
 
