@@ -59,6 +59,11 @@ std::vector<OgdenTerm> ReadTerms(Section& model) {
 }
 
 void ReadLaw(Section& model, Fem* fem) {
+  fem->is_law_default = !model.Has("law");
+  if (fem->is_law_default) {
+    fem->law = DefaultLaw(fem->time);
+    return;
+  }
   fem->law = model.OneOf<Fem::Law>("law", {{"corotational", Fem::Law::kCorotational},
                                            {"linear", Fem::Law::kLinear},
                                            {"neo-hookean", Fem::Law::kNeoHookean},
@@ -68,8 +73,8 @@ void ReadLaw(Section& model, Fem* fem) {
 
 void ReadFem(Section& model, Fem* fem) {
   ReadElement(model, fem);
-  ReadLaw(model, fem);
   ReadMotion(model, fem);
+  ReadLaw(model, fem);
   fem->residual = model.Number("residual");
   fem->gravity_O = model.Vector3("gravity");
 }

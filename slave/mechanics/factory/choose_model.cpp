@@ -160,7 +160,7 @@ std::string OnlyFem(const Scene& scene) {
   const FemOptions& fem = scene.model.fem;
   if (fem.time == FemOptions::Time::kDynamic) return "it moves in time";
   if (!fem.gravity_O.isZero(0)) return "it has a weight";
-  if (IsHyperelastic(fem.law)) return "its law is for large strains";
+  if (!fem.is_law_default && IsHyperelastic(fem.law)) return "its law is for large strains";
   if (scene.model.contact == ContactLaw::kFriction) return "its contact has friction";
   if (!scene.tool) return {};
   const Tool::Shape shape = scene.tool->shape;

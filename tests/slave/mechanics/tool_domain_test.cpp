@@ -140,14 +140,16 @@ TEST(ToolDomain, AToolDeepInTheThicknessIsFlagged) {
   };
   const std::string slab = "box: {size: [120 mm, 120 mm, 5 mm], cells: [24, 24, 2]}",
                     strip = "rectangle: {width: 100 mm, height: 5 mm, thickness: 20 mm}";
-  for (const std::string model : {"kind: fem-green", "kind: fem"}) {
+  for (const std::string model : {"kind: fem-green", "kind: fem, law: corotational"}) {
     EXPECT_FALSE(flags(model, slab, 0.9e-3)) << model;
     for (const double depth : {1.1e-3, 4.9e-3, 11.5e-3}) {
       EXPECT_TRUE(flags(model, slab, depth)) << model << ' ' << depth;
     }
   }
-  EXPECT_FALSE(flags("kind: fem, law: neo-hookean", slab, 2.4e-3));
-  EXPECT_TRUE(flags("kind: fem, law: neo-hookean", slab, 2.6e-3));
+  for (const std::string model : {"kind: fem", "kind: fem, law: neo-hookean"}) {
+    EXPECT_FALSE(flags(model, slab, 2.4e-3)) << model;
+    EXPECT_TRUE(flags(model, slab, 2.6e-3)) << model;
+  }
   EXPECT_FALSE(flags("kind: extruded, elements: 80", strip, 0.9e-3));
   for (const std::string model : {"kind: extruded, elements: 80, tolerance: 10 %",
                                   "kind: bem2d, elements: 80, tolerance: 100 %, plane: strain"}) {

@@ -53,6 +53,16 @@ TEST(SolidSceneTest, FemReadsWhatTheContractNames) {
   EXPECT_EQ(scene.object.fixed.size(), 1U);
 }
 
+TEST(SolidSceneTest, ASceneThatNamesNoLawGetsOneForLargeStrainsAtRest) {
+  using Law = FemOptions::Law;
+  const auto law = [](const std::string& model) {
+    return LoadSolid(SolidScene(kSolidBox, kBottom, model)).model.fem.law;
+  };
+  EXPECT_EQ(law("{kind: fem}"), Law::kNeoHookean);
+  EXPECT_EQ(law("{kind: fem, time: dynamic}"), Law::kCorotational);
+  EXPECT_EQ(law("{kind: fem, law: corotational}"), Law::kCorotational);
+}
+
 // Reference: the row of deploy/scenes/materials.md.
 TEST(SolidSceneTest, ANamedMaterialGivesWhatItsRowStates) {
   const auto scene_with = [](const std::string& material) {
