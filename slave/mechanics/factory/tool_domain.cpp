@@ -26,6 +26,9 @@ constexpr double kNarrowest = 1e-3;  // smallest contact width relative to l, al
 constexpr double kExtrudedError = 0.03, kLockingError = 0.05, kExtrudedLocks = 0.49;
 // Smallest extent of a tool relative to its width, from the same blocks.
 constexpr double kMinExtent = 0.25;
+// Of what glue adds to the force of a flat face. [measured: 0.5 in the plane, nu 0.23 and 0.33,
+// test_extremes]
+constexpr double kOfGluedFace = 0.6;
 constexpr double kUnsure = 0.1;  // relative error of g [measured: plane_thickness.py]
 constexpr double kNear = 1e-6;   // of the body's size: the surface itself
 
@@ -57,6 +60,15 @@ double LargestError(Plane plane, double g, double R, double narrower) {
     }
   }
   return largest;
+}
+
+// Returns the relative error of a bonded round tool whose places stick where they are at rest: see
+// tool_domain.h.
+double BondedRoundError(const Scene& scene) {
+  const bool is_stress = KindOf(scene).is_plane && scene.model.plane == Plane::kStress;
+  const double given = scene.object.material.poisson_ratio;
+  const double nu = is_stress ? given / (1 + given) : given, rest = 1 - 2 * nu;
+  return rest > 0 ? kOfGluedFace * ((1 - nu) * std::log1p(2 * rest) / rest - 1) : 0;
 }
 
 // Returns the distance from `p_O` to the other side of the body along `inward`; infinite: there is
@@ -172,6 +184,15 @@ ToolDomain::ToolDomain(const Scene& scene, const Tool& tool, const ObjectMesh& m
     if (tool.depth != scene.tool->depth) flag_reason_ = kOtherExtent;
     if (std::min(tool.depth.value_or(T), T) < kMinExtent * tool.width) flag_reason_ = kShortExtent;
   }
+  is_quadratic_ = scene.model.fem.element == FemOptions::Element::kTet10;
+  ModelOptions model = scene.model;
+  model.kind = KindOf(scene).name;
+  if (tool.shape == Tool::Shape::kRound && model.contact == ContactLaw::kBonded &&
+      !FollowsTools(model) && !IsSkin(scene.object.geometry)) {
+    const double bonded = BondedRoundError(scene);
+    error_ += bonded;
+    if (flag_reason_.empty() && bonded > tolerance_) flag_reason_ = kBondedRound;
+  }
   const bool has_four_nodes =
       KindOf(scene).iterates && scene.model.fem.element == FemOptions::Element::kTet4;
   locks_ = has_four_nodes && scene.object.material.poisson_ratio >= kLocks;
@@ -184,6 +205,24 @@ ToolDomain::ToolDomain(const Scene& scene, const Tool& tool, const ObjectMesh& m
     plate_.thickness = disc->thickness;
     plate_.bends_only = !KindOf(scene).takes_tension;
   }
+}
+
+double ToolDomain::FacetError(const Contact& contact, int touching) const {
+  if (!is_flat_ || surface_.triangles.empty() || touching == 0) return 0;
+  const auto place = FindPlace(surface_, contact.p_O);
+  if (!place || place->triangle < 0) return 0;
+  const Eigen::Vector3d inward = -Normal(surface_, place->triangle);
+  double fall = 0;
+  for (const auto& triangle : surface_.triangles) {
+    for (const int node : triangle) {
+      const Eigen::Vector3d from = surface_.nodes[Index(node)] - contact.p_O;
+      const double below = from.dot(inward);
+      const bool is_under = (from - below * inward).norm() < contact.width / 2;
+      if (is_under && below < contact.width / 2) fall = std::max(fall, below);
+    }
+  }
+  const double depth = contact.prescribed_O.dot(inward), mean = depth - fall / 2;
+  return mean > 0 ? (is_quadratic_ ? 4 : 1) * fall / touching / mean : 0;
 }
 
 std::string_view ToolDomain::FlagOnBody(const Contact& contact) const {
@@ -226,7 +265,10 @@ void ToolDomain::FlagOutside(const Contact& contact, ContactResponse* response) 
       if (domain_error > tolerance_) flag_reason = kRigidOnPlate;
     }
   }
-  if (flag_reason.empty()) flag_reason = FlagOnBody(contact);
+  if (flag_reason.empty()) {
+    flag_reason = FlagOnBody(contact);
+    domain_error += FacetError(contact, response->touching);
+  }
   const double force = response->force_O.norm();
   response->force_error += domain_error * force;
   if (flag_reason.empty() && (locks_ || response->force_error > tolerance_ * force)) {

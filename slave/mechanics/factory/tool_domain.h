@@ -29,6 +29,16 @@
 // stretching, (0.45 + 0.4 r/a + 3 (r/a)^2) (w/t)^2 of its own up to w = 0.5 t. A point contact has
 // no face, so it has no such domain.
 //
+// Bonded round tools. A place sticks where the tool touches it, after it has moved along the
+// surface. Models without a path let it stick where it was at rest, which is too stiff by at most
+// 0.6 of what glue adds to the force of a flat face, ((1 - nu) ln(3 - 4 nu) / (1 - 2 nu) - 1)
+// (Spence 1968).
+//
+// Flat tools on curved volumes. Facets lie below the surface that they stand for, by about G / n
+// between n places that a tool touches if it falls by G under the tool; with ten nodes, whose
+// mid-edge nodes lie on the facets, by four times that. The force changes by that part of the mean
+// depth. [derived: a sphere]
+//
 // Every body. A tool reaches at most kDeepest of the thickness below it: deeper, small strains and
 // the corotational law are a quarter off. With a law for large strains that is kDeepestByLaw. The
 // tool of `extruded` takes the shape of the outline, so it must be kDepthPerSagitta times as deep
@@ -54,6 +64,8 @@ inline constexpr std::string_view kNeitherThinNorThick =
     "below the error";
 inline constexpr std::string_view kOtherExtent =
     "the extruded model is made for another extent of the tool: set tool.depth";
+inline constexpr std::string_view kBondedRound =
+    "a bonded round tool is too stiff at this Poisson's ratio: use fem with element: tet4";
 inline constexpr std::string_view kShortExtent =
     "the tool reaches less far through the thickness than a quarter of its width";
 inline constexpr std::string_view kExtrudedMesh =
@@ -117,6 +129,7 @@ class ToolDomain {
 
  private:
   [[nodiscard]] std::string_view FlagOnBody(const Contact& contact) const;
+  [[nodiscard]] double FacetError(const Contact& contact, int touching) const;
 
   std::string_view flag_reason_;
   double error_ = 0;
@@ -125,6 +138,7 @@ class ToolDomain {
   bool is_flat_ = true;
   bool is_glued_ = false;  // the outline under a flat tool moves as a whole
   double deepest_ = kDeepest;
+  bool is_quadratic_ = false;
   bool locks_ = false;    // four-node elements from kLocks on
   BoundaryMesh outline_;  // of the body; empty: another object
   SurfaceMesh surface_;
