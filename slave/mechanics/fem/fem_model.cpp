@@ -279,6 +279,7 @@ bool FemModel::MoveTools(std::span<const Contact> contacts) {
   double parts = 1;
   for (std::size_t k = 0; k < contacts.size(); ++k) {
     if (tool_[k] < 0) continue;
+    if (IsFar(contacts[k])) return Fail(kFarTool);
     const double way = (contacts[k].prescribed_O - accepted_[k].prescribed_O).norm();
     const double edge = tools_->at(tool_[k]).edge() * traits_.length_unit;
     parts = std::max(parts, std::ceil(way / (kIncrement * edge)));

@@ -28,7 +28,8 @@ namespace palpate {
 // deadline before the residual was reached, the linear law out of range, a time step that created
 // energy, a mesh too coarse for a patch or for a part that bends (mesh_resolution.h). kFailed:
 // contacts that are not finite, overlap or are not on the body, unbalanced loads, no convergence,
-// interruption, displacements beyond a million larger sides; failure() says which. After a failure
+// interruption, displacements beyond a million larger sides, of rigid tools beyond ten; failure()
+// says which. After a failure
 // a static body starts from rest again; a moving body, and one under rigid tools, is in the state
 // before the query.
 class VolumeModel : public DeformationModel {
@@ -86,6 +87,15 @@ class VolumeModel : public DeformationModel {
   [[nodiscard]] virtual bool follows_path() const { return false; }
   // Returns whether the deadline passed before the requested residual was reached.
   [[nodiscard]] virtual bool ended_early() const { return false; }
+
+  // Returns whether a rigid tool moves so far that its path is not computed: the limit bounds the
+  // number of its increments.
+  [[nodiscard]] bool IsFar(const Contact& tool) const {
+    constexpr double kFarthest = 10;  // [larger sides]
+    return tool.prescribed_O.norm() > kFarthest * traits_.length_unit;
+  }
+  static constexpr std::string_view kFarTool =
+      "a tool moves by more than ten times the object's larger side";
 
   [[nodiscard]] std::span<const ContactPlace> places() const { return contacts_.places(); }
   [[nodiscard]] const Inversion& inversion() const { return inversion_; }

@@ -108,6 +108,9 @@ void SolidModel::Rest() {
 }
 
 bool SolidModel::SolveUnder(std::span<const Contact> contacts) {
+  for (std::size_t i = 0; i < contacts.size(); ++i) {
+    if (!places()[i].holds.empty() && IsFar(contacts[i])) return Fail(kFarTool);
+  }
   GuessTouching(contacts);
   is_settled_ = true;
   for (int round = 0;; ++round) {
