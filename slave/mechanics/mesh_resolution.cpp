@@ -205,7 +205,7 @@ double PatchError(const PatchCover& cover) noexcept {
 
 bool IsContactCoarse(double patch_error, double disc_stiffness, const Vector3d& force,
                      const Vector3d& displacement) noexcept {
-  if (patch_error == 0) return false;
+  if (patch_error == 0 || (force.isZero(0) && displacement.isZero(0))) return false;
   const double compliance = std::abs(force.dot(displacement)) / force.squaredNorm();
   const double share = compliance > 0 ? 1 / (disc_stiffness * compliance) : 1;
   return patch_error * std::min(1.0, share) > kMaxOff;
