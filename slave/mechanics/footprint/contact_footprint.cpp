@@ -25,6 +25,7 @@ constexpr double kSameSide = 0.5;  // cosine of the angle between normals
 constexpr double kOnEdge = 1e-9;   // barycentric weight
 constexpr double kWider = 1.15;    // ratio of successive trial discs
 constexpr double kPlane = 0.01;    // of a disc's area and rim
+constexpr double kEvenGap = 1e-3;  // largest gap under a wider face, of its width
 constexpr double kDeeper = 1.25;   // than the depth: more places than a round tool touches
 // Nodes under a rigid tool below which its force is flagged. [measured: rim_share.h; a sphere's
 // force changes by a tenth with one node more or less]
@@ -412,6 +413,9 @@ bool SurfaceFootprints::WidenTool(const Contact& contact, ContactFootprint* foot
     FindPatch(footprint->at, wider.p_O, width);
     if (!IsWholeAndPlane(width) || HoldsPatch()) return false;
     HoldUnder(wider, width, footprint);
+    // A wider face touches a curved surface at another depth.
+    const auto is_apart = [&](const ToolHold& hold) { return hold.gap > kEvenGap * width; };
+    if (std::ranges::any_of(footprint->holds, is_apart)) return false;
     if (NodesUnder(*footprint) < static_cast<double>(footprint->fewest)) continue;
     footprint->reach = width / 2;
     footprint->narrower = 2 / contact.width - 2 / width;
