@@ -19,12 +19,18 @@ struct Family {
   std::string kind;                        // model.kind
   std::function<void(ModelOptions*)> set;  // the other options; may be empty
   double bound = 1e-6;  // relative error of a uniform stretch that the method allows
+  // The held and the pulled side are glued, so that the stretch is not uniform: u_x lies between
+  // that without and that with the whole lateral contraction restrained (energy theorems).
+  bool is_glued = false;
+  bool is_costly = false;  // many steps of Newton's method with a new factor: small bodies only
+
+  [[nodiscard]] bool is_quadratic() const { return name.ends_with("tet10"); }
 };
 
 // Boxes under uniform tension along x, on rollers at x = 0, y = 0 and z = 0: u_x(L) = F L / (E A)
 // for any Poisson ratio, exactly so for every element that passes the patch test.
 const std::vector<Family>& Volumes();
-// Rectangles under the same, plane stress.
+// Rectangles under the same; in plane strain E is E / (1 - nu^2).
 const std::vector<Family>& Outlines();
 // Clamped discs pressed at their centre.
 const std::vector<Family>& Membranes();
@@ -42,12 +48,15 @@ Scene VolumeScene(const Family& family, const Stretch& stretch);
 Scene OutlineScene(const Family& family, const Stretch& stretch);
 Scene MembraneScene(const Family& family, double radius, double thickness, double E, double nu);
 
-// Counts of cases that were accurate within their bound, flagged, refused with a reason, and WRONG.
-std::map<std::string, int>& Outcomes();
+// Counts of cases per family: accurate within their bound, flagged, refused with a reason, and
+// WRONG.
+std::map<std::string, std::map<std::string, int>>& Outcomes();
+// Evaluates one case: `ask` returns the relative error and writes the worst validity to its
+// argument. Exceptions of std::invalid_argument are refusals; any other fault is wrong.
+void CheckCell(const std::string& family, const std::string& cell, double bound,
+               const std::function<double(Validity* worst)>& ask);
 
-// Runs one case: builds the model, calls `ask` and evaluates the result. `ask` returns the relative
-// error and writes the worst validity to its second argument. Exceptions of std::invalid_argument
-// are refusals; any other fault is wrong.
+// The same for one query of a family's model, which it builds.
 using PressSpec = std::function<double(DeformationModel& model, Validity* worst)>;
 void CheckBody(const Family& family, const std::string& axis, const std::string& value,
                const Scene& scene, const ObjectMesh& mesh, double bound, const PressSpec& ask);
