@@ -45,14 +45,15 @@ constexpr int kBlocks = 3;  // rounds in which all places change though no fewer
 constexpr int kReleasing = 30;
 constexpr double kSmallPull = 0.01;
 constexpr int kMaxRounds = 100;  // of the search for the places that touch
-// Bonded places have already moved across the tool when it meets them. Error of the force without
-// that, relative to the square of Params::lateral and the mean gap by the depth of what touches
-// [-]. [measured: 14 presses of bonded tools on arcs in plane stress, nu 0.3 and 0.45, against
-// pressed_profile.py of the campaigns: 0.4 to 2.8 %, at most 1.5 times this]
+// Bonded places have already moved across a flat tool when it meets them (round ones: see
+// tool_domain.h). Error of the force without that, relative to the square of Params::lateral and
+// the mean gap by the depth of what touches [-]. [measured: six presses on arcs in plane stress, nu
+// 0.3 and 0.45, against pressed_profile.py of the campaigns: 0.7 to 2.8 %, at most 1.5 times this]
 constexpr double kLateBond = 1;
 // Error of a plane contact that ends beside the face's rim, times the square of the places that
-// touch [-]. [measured: 1.1 to 1.9 % for 4 and 5, 0.4 to 0.7 % for 10, as above without friction]
-constexpr double kOfEdge = 0.4;
+// touch, and of one that ends there, times their number [-]. [measured: 1.1 to 1.9 % for 4 and 5,
+// 1.3 % for 7, 0.4 to 0.7 % for 10, as above without friction; 0.4 % for 13, 0.8 % for 15]
+constexpr double kOfEdge = 0.6, kOfRim = 0.05;
 
 // Compliance of a boundary element's spring, times Young's modulus and the thickness [-]. The
 // factor: see element_places.h.
@@ -657,14 +658,15 @@ double ComplianceSolver::GapError(const ContactSlot& slot) const {
     gaps += force * (1 - FollowedPart(contact, u));
     pressing += force;
   }
-  const bool is_bonded = params_.contact == ContactLaw::kBonded;
+  const bool is_round = slot.contact.radius > 0;
+  const bool is_bonded = params_.contact == ContactLaw::kBonded && !is_round;
   const double late = is_bonded && pressing > 0
                           ? kLateBond * params_.lateral * params_.lateral * gaps / pressing
                           : 0;
   const int touching = TouchingOf(slot);
-  const bool is_inside = slot.contact.radius > 0 || touching < slot.unknowns;
-  const bool has_edge = compliance_.components() == 2 && is_inside && touching > 0;
-  return std::hypot(late, has_edge ? kOfEdge / (touching * touching) : 0);
+  if (compliance_.components() == 3 || touching == 0) return late;
+  const bool is_inside = is_round || touching < slot.unknowns;
+  return std::hypot(late, is_inside ? kOfEdge / (touching * touching) : kOfRim / touching);
 }
 
 // Relative error of the compliance of a tool by the number of places that it touches [-].

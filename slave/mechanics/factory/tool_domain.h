@@ -40,9 +40,9 @@
 // depth. [derived: a sphere]
 //
 // Every body. A tool reaches at most kDeepest of the thickness below it: deeper, small strains and
-// the corotational law are a quarter off. With a law for large strains that is kDeepestByLaw. The
-// tool of `extruded` takes the shape of the outline, so it must be kDepthPerSagitta times as deep
-// as the outline under it is high.
+// the corotational law are a quarter off. On volumes their error rises up to there. With a law for
+// large strains that is kDeepestByLaw. The tool of `extruded` takes the shape of the outline, so it
+// must be kDepthPerSagitta times as deep as the outline under it is high.
 #pragma once
 
 #include <string_view>
@@ -128,7 +128,9 @@ class ToolDomain {
   [[nodiscard]] std::string_view flag_reason() const { return flag_reason_; }  // at every place
 
  private:
-  [[nodiscard]] std::string_view FlagOnBody(const Contact& contact) const;
+  // Sets the relative error of the law on volumes.
+  [[nodiscard]] std::string_view FlagOnBody(const Contact& contact, double* law_error) const;
+  [[nodiscard]] double LawError(double share) const;
   [[nodiscard]] double FacetError(const Contact& contact, int touching) const;
 
   std::string_view flag_reason_;
@@ -138,6 +140,7 @@ class ToolDomain {
   bool is_flat_ = true;
   bool is_glued_ = false;  // the outline under a flat tool moves as a whole
   double deepest_ = kDeepest;
+  double law_slope_ = 0;
   bool is_quadratic_ = false;
   bool locks_ = false;    // four-node elements from kLocks on
   BoundaryMesh outline_;  // of the body; empty: another object
