@@ -84,14 +84,12 @@ PALPATE_INLINE fem::Lanes3x3 Product(const fem::Lanes3x3& a, const fem::Lanes3x3
   return c;
 }
 
-// Returns the strains of eight displacement gradients H, column by column: E - E^2 / 2 with E = (H
-// + H^T + H^T H) / 2.
-PALPATE_DISPATCHED void WeighStrains(const Weights& weights, const double* gradients,
-                                     double* strains) {
-  fem::Lanes3x3 H, Ht, E;
-  for (std::size_t k = 0; k < 9; ++k) {
-    for (std::size_t l = 0; l < 8; ++l) H[k % 3][k / 3][l] = gradients[9 * l + k];
-    Ht[k / 3][k % 3] = H[k % 3][k / 3];
+// Computes the strains of eight displacement gradients H: E - E^2 / 2 with E = (H + H^T + H^T H) /
+// 2.
+PALPATE_INLINE void Weigh(const Weights& weights, const fem::Lanes3x3& H, double* strains) {
+  fem::Lanes3x3 Ht, E;
+  for (std::size_t i = 0; i < 3; ++i) {
+    for (std::size_t j = 0; j < 3; ++j) Ht[j][i] = H[i][j];
   }
   const fem::Lanes3x3 square = Product(Ht, H);
   for (std::size_t i = 0; i < 3; ++i) {
@@ -123,17 +121,48 @@ PALPATE_DISPATCHED void WeighStrains(const Weights& weights, const double* gradi
   }
 }
 
+// Of gradients that are stored column by column.
+PALPATE_DISPATCHED void WeighStrains(const Weights& weights, const double* gradients,
+                                     double* strains) {
+  fem::Lanes3x3 H;
+  for (std::size_t k = 0; k < 9; ++k) {
+    for (std::size_t l = 0; l < 8; ++l) H[k % 3][k / 3][l] = gradients[9 * l + k];
+  }
+  Weigh(weights, H, strains);
+}
+
+// Of elements with four nodes. `shapes`: the gradients of a corner's shape function, three per
+// corner; `nodes`: eight per corner; `u`: three components per node.
+PALPATE_DISPATCHED void WeighLinearStrains(const Weights& weights, const Double8* shapes,
+                                           const int* nodes, const double* u, double* strains) {
+  fem::Lanes3x3 H{};
+  for (std::size_t a = 0; a < 4; ++a) {
+    std::array<Double8, 3> moved;
+    for (std::size_t l = 0; l < 8; ++l) {
+      const double* const at = u + 3 * static_cast<std::ptrdiff_t>(nodes[8 * a + l]);
+      for (std::size_t i = 0; i < 3; ++i) moved[i][l] = at[i];
+    }
+    for (std::size_t i = 0; i < 3; ++i) {
+      for (std::size_t j = 0; j < 3; ++j) H[i][j] += moved[i] * shapes[3 * a + j];
+    }
+  }
+  Weigh(weights, H, strains);
+}
+
 // Strains of eight components each, at the corners of elements or constant in an element.
 struct Strains {
   const double* values;
   int per_element;
-  const std::array<int, 4>* means;  // of the corners
+  const int* elements;              // of a group
+  const std::array<int, 4>* means;  // of their corners
 };
 
-PALPATE_INLINE const Loose8* At(const Strains& strains, int element, int corner) {
+// Returns the strain at a corner of an element of the group.
+PALPATE_INLINE const Loose8* At(const Strains& strains, int number, int corner) {
   return reinterpret_cast<const Loose8*>(
-      strains.values + 8 * static_cast<std::ptrdiff_t>(element * strains.per_element +
-                                                       corner % strains.per_element));
+      strains.values +
+      8 * static_cast<std::ptrdiff_t>(strains.elements[number] * strains.per_element +
+                                      corner % strains.per_element));
 }
 
 PALPATE_DISPATCHED void AddMeans(const Strains& strains, const double* volumes, int count,
@@ -244,7 +273,8 @@ StrainResolution::StrainResolution(const TetMesh& mesh, const HeldNodes& held, d
       points_(mesh.nodes),
       elements_(Index(mesh.element_count())),
       corners_by_modulus_(elements_.size()),
-      strains_((elements_.size() * (quadratic_ ? 4 : 1) + 7) / 8 * 8),
+      strains_((elements_.size() + 7) / 8 * 8 * (quadratic_ ? 4 : 1)),
+      found_((elements_.size() + 7) / 8),
       energies_(elements_.size()) {
   double volume = 0, area = 0;
   for (int e = 0; e < mesh.element_count(); ++e) {
@@ -258,18 +288,33 @@ StrainResolution::StrainResolution(const TetMesh& mesh, const HeldNodes& held, d
     centroids_.push_back(centroid);
   }
   edge_ = std::cbrt(6 * volume / mesh.element_count());
+  if (!quadratic_) PackGradients();
   NumberCorners();
   for (int e = 0; e < mesh.element_count(); ++e) AddTo(e, &all_);
   for (const auto& corners : all_.means) {
     for (const int corner : corners) number_[Index(corner)] = -1;
   }
-  near_.resize(points_.size());
+  near_.resize(elements_.size());
   touched_.reserve(points_.size());
   const SurfaceMesh& surface = mesh.surface;
   for (int i = 0; i < static_cast<int>(surface.triangles.size()); ++i) area += Area(surface, i);
   thickness_ = 4 * volume / area;
   slender_ = LargerSide(surface.nodes) > kSlender * thickness_;
   FindBar(mesh.modulus.empty() ? held : HeldNodes{});
+}
+
+void StrainResolution::PackGradients() {
+  gradients_.resize(found_.size());
+  lane_nodes_.resize(found_.size());
+  for (std::size_t e = 0; e < 8 * found_.size(); ++e) {
+    const Element& element = elements_[std::min(e, elements_.size() - 1)];
+    for (std::size_t a = 0; a < 4; ++a) {
+      for (std::size_t i = 0; i < 3; ++i) {
+        gradients_[e / 8][3 * a + i][e % 8] = element.geometry.grad(i, a);
+      }
+      lane_nodes_[e / 8][8 * a + e % 8] = element.nodes[a];
+    }
+  }
 }
 
 void StrainResolution::NumberCorners() {
@@ -300,6 +345,7 @@ void StrainResolution::AddTo(int element, Group* group) {
   }
   group->elements.push_back(element);
   group->volumes.push_back(volume);
+  group->weights.push_back(volume * elements_[Index(element)].modulus);
 }
 
 void StrainResolution::FindRegion(const Touch& touch, Region* region) {
@@ -309,11 +355,13 @@ void StrainResolution::FindRegion(const Touch& touch, Region* region) {
     group.elements.reserve(elements_.size());
     group.means.reserve(elements_.size());
     group.volumes.reserve(elements_.size());
+    group.weights.reserve(elements_.size());
     group.around.reserve(number_.size());
   }
   group.elements.clear();
   group.means.clear();
   group.volumes.clear();
+  group.weights.clear();
   group.around.clear();
   const double reach = kReach * touch.width + kEdges * edge_;
   for (std::size_t e = 0; e < centroids_.size(); ++e) {
@@ -375,14 +423,18 @@ void StrainResolution::FindBar(const HeldNodes& held) {
   }
 }
 
-double StrainResolution::Softness(std::span<const Vector3d> u, std::span<const int> touched) {
+void StrainResolution::Take(std::span<const Vector3d> u) {
+  u_ = u;
+  std::ranges::fill(found_, 0);
+}
+
+double StrainResolution::Softness(std::span<const int> touched) {
   if (!slender_) return 0;
-  FindEnergiesOf(all_, u);
+  FindEnergiesOf(all_);
   return Bending(touched);
 }
 
-MeshShare StrainResolution::ShareNear(std::size_t number, const Touch& touch,
-                                      std::span<const Vector3d> u, double work) {
+MeshShare StrainResolution::ShareNear(std::size_t number, const Touch& touch, double work) {
   if (regions_.size() <= number) regions_.resize(number + 1);
   Region& region = regions_[number];
   if (region.touch.centre != touch.centre || region.touch.width != touch.width) {
@@ -390,11 +442,11 @@ MeshShare StrainResolution::ShareNear(std::size_t number, const Touch& touch,
   }
   const Group& group = region.group;
   if (group.elements.empty()) return {};
-  FindEnergiesOf(group, u);
+  FindEnergiesOf(group);
   MeshShare share;
   double energy = 0;
   for (std::size_t i = 0; i < group.elements.size(); ++i) {
-    const double weight = elements_[Index(group.elements[i])].modulus * group.volumes[i];
+    const double weight = group.weights[i];
     energy += weight * energies_[i][0];
     share.shear += weight * energies_[i][1];
     share.volume += weight * energies_[i][2];
@@ -404,19 +456,31 @@ MeshShare StrainResolution::ShareNear(std::size_t number, const Touch& touch,
   return {share.shear / energy, share.volume / energy};
 }
 
-void StrainResolution::FindEnergiesOf(const Group& group, std::span<const Vector3d> u) {
-  const std::size_t per_element = quadratic_ ? 4 : 1;
-  const std::size_t count = group.elements.size();
+// Finds the strains of eight elements. After the last element it is repeated.
+void StrainResolution::FindStrains(std::size_t batch) noexcept {
   const Weights weights{shear_root_, bulk_root_, length_ > 0 ? axes_.data() : nullptr};
-  std::array<Matrix3d, 8> gradients;
-  for (std::size_t first = 0; first < per_element * count; first += 8) {
-    for (std::size_t k = 0; k < 8; k += per_element) {
-      const std::size_t i = std::min((first + k) / per_element, count - 1);
-      FindGradients(elements_[Index(group.elements[i])], u, &gradients[k]);
-    }
-    WeighStrains(weights, gradients.front().data(), strains_[first].data());
+  if (!quadratic_) {
+    WeighLinearStrains(weights, gradients_[batch].data(), lane_nodes_[batch].data(),
+                       u_.front().data(), strains_[8 * batch].data());
+    return;
   }
-  const Strains strains{strains_.front().data(), static_cast<int>(per_element), group.means.data()};
+  std::array<Matrix3d, 8> gradients;
+  for (std::size_t e = 8 * batch; e < 8 * batch + 8; e += 2) {
+    for (std::size_t k = 0; k < 2; ++k) {
+      FindGradients(elements_[std::min(e + k, elements_.size() - 1)], &gradients[4 * k]);
+    }
+    WeighStrains(weights, gradients.front().data(), strains_[4 * e].data());
+  }
+}
+
+void StrainResolution::FindEnergiesOf(const Group& group) noexcept {
+  const std::size_t count = group.elements.size();
+  for (const int e : group.elements) {
+    const std::size_t batch = Index(e) / 8;
+    if (std::exchange(found_[batch], 1) == 0) FindStrains(batch);
+  }
+  const Strains strains{strains_.front().data(), quadratic_ ? 4 : 1, group.elements.data(),
+                        group.means.data()};
   auto* const means = reinterpret_cast<Loose8*>(mean_.front().data());
   std::fill_n(mean_.begin(), group.around.size(), Strain::Zero());
   AddMeans(strains, group.volumes.data(), static_cast<int>(count), means);
@@ -442,20 +506,21 @@ double StrainResolution::Bending(std::span<const int> touched) {
   double energy = 0, volume = 0, longest = 0;
   bool some_are_far = false;
   for (std::size_t e = 0; e < elements_.size(); ++e) {
-    const Element& element = elements_[e];
-    for (std::size_t a = 0; a < per_element; ++a) {
-      mean += all_.volumes[e] / static_cast<double>(per_element) * strains_[per_element * e + a];
-    }
-    const double weight = element.modulus * all_.volumes[e];
+    const double weight = all_.weights[e];
     energy += weight * energies_[e][0];
-    volume += all_.volumes[e];
-    longest = std::max(longest, element.extent);
-    const Missing missing{weight * (energies_[e][1] + energies_[e][2]),
-                          length_ == 0 ? 0 : element.beam * weight * restraint_of(e)};
+    Missing missing{weight * (energies_[e][1] + energies_[e][2]), 0};
+    if (length_ > 0) {
+      const Element& element = elements_[e];
+      for (std::size_t a = 0; a < per_element; ++a) {
+        mean += all_.volumes[e] / static_cast<double>(per_element) * strains_[per_element * e + a];
+      }
+      volume += all_.volumes[e];
+      longest = std::max(longest, element.extent);
+      missing.restraint = element.beam * weight * restraint_of(e);
+    }
     all.recovered += missing.recovered;
     all.restraint += missing.restraint;
-    const auto nodes = std::span(element.nodes).first<4>();
-    if (std::ranges::any_of(nodes, [&](int n) { return near_[Index(n)] != 0; })) continue;
+    if (near_[e] != 0) continue;
     far.recovered += missing.recovered;
     far.restraint += missing.restraint;
     some_are_far = true;
@@ -472,29 +537,27 @@ double StrainResolution::Bending(std::span<const int> touched) {
 void StrainResolution::MarkContacts(std::span<const int> touched) {
   if (std::ranges::equal(touched, touched_)) return;
   touched_.assign(touched.begin(), touched.end());
-  std::ranges::fill(near_, 0);
+  std::vector<char> is_near(points_.size(), 0);  // per node
   for (const int node : touched) {
     const Vector3d p = points_[Index(node)];
-    for (std::size_t i = 0; i < near_.size(); ++i) {
-      if ((points_[i] - p).squaredNorm() <= thickness_ * thickness_) near_[i] = 1;
+    for (std::size_t i = 0; i < is_near.size(); ++i) {
+      if ((points_[i] - p).squaredNorm() <= thickness_ * thickness_) is_near[i] = 1;
     }
+  }
+  for (std::size_t e = 0; e < elements_.size(); ++e) {
+    const auto corners = std::span(elements_[e].nodes).first<4>();
+    near_[e] = std::ranges::any_of(corners, [&](int n) { return is_near[Index(n)] != 0; }) ? 1 : 0;
   }
 }
 
-// Gradients of the displacement at the corners. Gradients of the shape functions there: for l_a (2
+// Gradients of the displacement at the corners of elements with ten nodes. Gradients of the shape
+// functions there: for l_a (2
 // l_a - 1), 3 g_a at its own corner and -g_a at others; for 4 l_i l_j, 4 g_j at i and 4 g_i at j.
-void StrainResolution::FindGradients(const Element& element, std::span<const Vector3d> u,
-                                     Matrix3d* gradients) const noexcept {
+void StrainResolution::FindGradients(const Element& element, Matrix3d* gradients) const noexcept {
   const auto& g = element.geometry.grad;
-  const auto moved = [&](int a) -> const Vector3d& { return u[Index(element.nodes[Index(a)])]; };
+  const auto moved = [&](int a) -> const Vector3d& { return u_[Index(element.nodes[Index(a)])]; };
   Matrix3d common = Matrix3d::Zero();
-  for (int a = 0; a < 4; ++a) {
-    common.noalias() += (quadratic_ ? -1 : 1) * moved(a) * g.col(a).transpose();
-  }
-  if (!quadratic_) {
-    *gradients = common;
-    return;
-  }
+  for (int a = 0; a < 4; ++a) common.noalias() -= moved(a) * g.col(a).transpose();
   std::fill_n(gradients, 4, common);
   for (int a = 0; a < 4; ++a) {
     gradients[Index(a)].noalias() += 4 * moved(a) * g.col(a).transpose();

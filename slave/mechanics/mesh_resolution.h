@@ -14,6 +14,7 @@
 #include "shared/mesh/disc_patch.h"
 #include "shared/mesh/solid_mesh.h"
 #include "slave/mechanics/deformation_model.h"
+#include "slave/mechanics/linear/lanes.h"
 #include "slave/mechanics/tet_mesh.h"
 
 namespace palpate {
@@ -141,9 +142,12 @@ class StrainResolution {
   // pressure unknowns, and no bar is searched.
   StrainResolution(const TetMesh& mesh, const HeldNodes& held, double poisson_ratio);
 
-  // For nodal displacements `u`, middles too, in the mesh's unit of length; `touched`: nodes of
-  // contacts. 0 without strain. O(elements); O(nodes) more per node of new contacts.
-  double Softness(std::span<const Eigen::Vector3d> u, std::span<const int> touched);
+  // Sets the nodal displacements, middles too, in the mesh's unit of length. They must stay until
+  // they are set again.
+  void Take(std::span<const Eigen::Vector3d> u);
+  // `touched`: nodes of contacts. 0 without strain. O(elements); O(nodes) more per node of new
+  // contacts.
+  double Softness(std::span<const int> touched);
   // A contact, in the mesh's unit.
   struct Touch {
     Eigen::Vector3d centre{0, 0, 0};
@@ -152,8 +156,7 @@ class StrainResolution {
   // The share of a contact, from the elements within one and a half of its widths. `number`: of the
   // contact; its elements are searched if it moved, O(elements). `work`: force times displacement
   // [E times the unit cubed].
-  MeshShare ShareNear(std::size_t number, const Touch& touch, std::span<const Eigen::Vector3d> u,
-                      double work);
+  MeshShare ShareNear(std::size_t number, const Touch& touch, double work);
   // False: Softness is 0 for every contact.
   [[nodiscard]] bool body_bends() const { return slender_; }
 
@@ -167,14 +170,17 @@ class StrainResolution {
   };
   // Components whose squares add up to twice a strain's energy: deviator, shear, volume.
   using Strain = Eigen::Matrix<double, 8, 1>;
-  void FindGradients(const Element& element, std::span<const Eigen::Vector3d> u,
-                     Eigen::Matrix3d* gradients) const noexcept;
+  // Eight elements in lanes: the gradients of their four shape functions.
+  using LaneGradients = std::array<fem::Double8, 12>;
+  void PackGradients();
+  void FindGradients(const Element& element, Eigen::Matrix3d* gradients) const noexcept;
+  void FindStrains(std::size_t batch) noexcept;
   [[nodiscard]] double TwiceRestraint(const Strain& strain) const noexcept;
   // Elements whose strains are recovered together.
   struct Group {
     std::vector<int> elements;
     std::vector<std::array<int, 4>> means;  // per element: of its corners, in mean_
-    std::vector<double> volumes;            // per element
+    std::vector<double> volumes, weights;   // per element; times its modulus
     std::vector<double> around;             // per mean: volume of its elements
   };
   struct Region {
@@ -183,7 +189,7 @@ class StrainResolution {
   };
   void AddTo(int element, Group* group);
   void FindRegion(const Touch& touch, Region* region);
-  void FindEnergiesOf(const Group& group, std::span<const Eigen::Vector3d> u);
+  void FindEnergiesOf(const Group& group) noexcept;
   double Bending(std::span<const int> touched);
   void FindBar(const HeldNodes& held);
   void NumberCorners();
@@ -204,13 +210,19 @@ class StrainResolution {
   std::vector<int> number_;                             // per corner of one modulus: in a group; -1
   Group all_;
   std::vector<Region> regions_;  // per contact
-  // Of the last group: strains at the corners of its elements, or one where all are equal; their
-  // means, per corner node and modulus; twice the energies of e, and of e* - e by deviator and
-  // volume, per element and volume.
-  std::vector<Strain> strains_, mean_;
+  std::span<const Eigen::Vector3d> u_;
+  std::vector<LaneGradients> gradients_;         // per batch of eight elements with four nodes
+  std::vector<std::array<int, 32>> lane_nodes_;  // of them, eight per corner
+  // Strains at the corners of the elements, or one where all are equal, of the batches whose
+  // strains at u_ are found.
+  std::vector<Strain> strains_;
+  std::vector<char> found_;
+  // Of the last group: means of its strains, per corner node and modulus; twice the energies of e,
+  // and of e* - e by deviator and volume, per element and volume.
+  std::vector<Strain> mean_;
   std::vector<std::array<double, 3>> energies_;
   std::vector<int> touched_;  // last
-  std::vector<char> near_;    // per node: not farther from touched_ than thickness_
+  std::vector<char> near_;    // per element: a node is not farther from touched_ than thickness_
 };
 
 // Beyond it a solution is extrapolated.

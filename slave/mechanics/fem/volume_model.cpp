@@ -163,7 +163,8 @@ void VolumeModel::AssessMesh(std::span<const Contact> contacts) {
                     std::ranges::any_of(contacts, [](const Contact& contact) {
                       return contact.prescribed_O != Vector3d::Zero();
                     });
-  softness_ = acts ? strain_.Softness(u_, touched_) : 0;
+  strain_.Take(u_);
+  softness_ = acts ? strain_.Softness(touched_) : 0;
 }
 
 // A contact at a point has no limit for smaller elements, and so no error of the mesh.
@@ -173,7 +174,7 @@ void VolumeModel::CorrectForMesh(std::size_t contact, const Contact& at,
   if (width == 0) return;
   const double work = response->force_O.dot(response->displacement_O);
   const MeshShare share =
-      strain_.ShareNear(contact, {at.p_O / traits_.length_unit, width / traits_.length_unit}, u_,
+      strain_.ShareNear(contact, {at.p_O / traits_.length_unit, width / traits_.length_unit},
                         work / (traits_.force_unit * traits_.length_unit));
   if (at.kind == Contact::Kind::kForce) {
     response->mesh_error = EffectOnLoad(share).error * response->displacement_O.norm();

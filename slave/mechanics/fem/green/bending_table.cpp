@@ -107,10 +107,11 @@ const Bending& BendingTable::Learn(int triangle, double width, RestFactor* facto
     for (std::size_t k = 0; k < nodes.size(); ++k) compliance += shares[k] * u[Index(nodes[k])][c];
     if (!(compliance > 0)) continue;  // fixed by a support
     for (auto& moved : u) moved *= kSmall / compliance;
-    entry.bending.softness[c] = strain_.Softness(u, nodes);
+    strain_.Take(u);
+    entry.bending.softness[c] = strain_.Softness(nodes);
     const MeshShare near =
         strain_.ShareNear(0, {contact.p_O / stiffness_.length_unit, width / stiffness_.length_unit},
-                          u, kSmall * kSmall / compliance);
+                          kSmall * kSmall / compliance);
     entry.bending.shear[c] = near.shear;
     entry.bending.volume[c] = near.volume;
   }
