@@ -26,7 +26,9 @@ constexpr double kLeftShare = 3;
 // Tolerance of a contact's forces and gaps after the correction, relative to that before [-], and
 // how often contacts that it changes are searched again.
 constexpr double kDecisionShare = 0.02;
-constexpr int kCorrections = 3;
+constexpr int kCorrections = 5;
+// Residual after a correction from which on another one follows, relative to the target [-].
+constexpr double kLeaves = 0.2;
 constexpr double kLinearShare = 0.5;  // of the residual aimed at, left by a linear system
 constexpr double kForSteps = 0.6;     // share of the deadline for steps; the rest is for the error
 // Smallest share of a motion's square that is independent of newer motions, else it adds no
@@ -119,7 +121,7 @@ bool StaticEquilibrium::Increment(const NodeVector& f_ext, const Constraints& co
   last_u_ = u_;
   tools_ = &tools;
   f_base_ = f_ext_ = f_ext;
-  if (!is_current_) Update(With::kForces);
+  if (!is_current_) Update(With::kTangent);
   tools.Load(f_base_, &f_ext_);
   tools.HoldTouched();
   const double size = FreeResidual(constraints);
@@ -158,8 +160,15 @@ bool StaticEquilibrium::Increment(const NodeVector& f_ext, const Constraints& co
 
 void StaticEquilibrium::End(const Constraints& constraints, ToolContacts& tools) noexcept {
   tools_ = &tools;
-  for (int k = 0; k < kCorrections && Correct(constraints); ++k) {
+  for (int k = 1; k <= kCorrections; ++k) {
+    const Correction correction =
+        Correct(constraints, k < kCorrections ? Contacts::kFollow : Contacts::kStay);
     solver_.Follow();
+    if (correction == Correction::kRefused && k > 1) break;
+    if (correction != Correction::kContactsChange) {
+      if (relative_residual_ <= kLeaves * TargetResidual()) break;
+      continue;
+    }
     last_u_ = u_;
     if (Iterate(constraints, 1)) continue;
     tools.Retreat();
@@ -183,7 +192,7 @@ bool StaticEquilibrium::Solve(const NodeVector& f_ext, const Constraints& constr
   Predict(constraints);
   if (SolveInParts(f_ext, constraints)) {
     if (!lets_go) LearnMotion(constraints);
-    Correct(constraints);
+    Correct(constraints, Contacts::kFollow);
     return true;
   }
   motion_count_ = 0;
@@ -193,7 +202,7 @@ bool StaticEquilibrium::Solve(const NodeVector& f_ext, const Constraints& constr
     body_.ForgetRotations();
     Retreat(good_u_);
     if (SolveInParts(f_ext, constraints)) {
-      Correct(constraints);
+      Correct(constraints, Contacts::kFollow);
       return true;
     }
   }
@@ -317,14 +326,15 @@ double StaticEquilibrium::FindGapsAndResidual(const Constraints& constraints) no
 
 // Solves for the residual that is left, with the last tangent, and takes the solution as one more
 // step where no element is inverted and the residual falls. The change of the forces, times the
-// share of the residual that is left, is then their error; else it is the change itself. Returns
-// true if a contact of the tools has changed, so that the search must go on.
-bool StaticEquilibrium::Correct(const Constraints& constraints) noexcept {
-  if (!hyperelastic_) return false;
+// share of the residual that is left, is then their error; else it is the change itself. If a
+// contact of the tools changes, the search must go on.
+StaticEquilibrium::Correction StaticEquilibrium::Correct(const Constraints& constraints,
+                                                         Contacts contacts) noexcept {
+  if (!hyperelastic_) return Correction::kRefused;
   const double size = FindGapsAndResidual(constraints);
   SetZero(x_);
   SetZero(trial_);
-  if (!(size > 0)) return false;
+  if (!(size > 0)) return Correction::kMade;
   progress_.LimitTo(0);
   if (tools_ != nullptr) tools_->AddStiffness(1, &tangent_);
   solver_.Solve(tangent_, constraints, r_, x_, kErrorShare * size);
@@ -343,11 +353,11 @@ bool StaticEquilibrium::Correct(const Constraints& constraints) noexcept {
     Update(With::kForces);
     LoadTools();
     relative_residual_ = FreeResidual(constraints) / std::max(reference_, released_);
-    return false;
+    return Correction::kRefused;
   }
   if (motion_count_ > 0) Add(1, x_, motions_[0].body);
   bool changes = false;
-  if (tools_ != nullptr) {
+  if (tools_ != nullptr && contacts == Contacts::kFollow) {
     changes = tools_->UpdateTouching(u_, reaction_, kDecisionShare * TargetResidual(), true);
     tools_->Load(f_base_, &f_ext_);
   }
@@ -358,7 +368,7 @@ bool StaticEquilibrium::Correct(const Constraints& constraints) noexcept {
   trial_ = reaction_;
   Add(-1, last_reaction_, trial_);
   Scale(share, trial_);
-  return changes;
+  return changes ? Correction::kContactsChange : Correction::kMade;
 }
 
 void StaticEquilibrium::Update(With with) noexcept {

@@ -81,7 +81,9 @@ class StaticEquilibrium {
   bool LetsGo(const Constraints& constraints) noexcept;
   void Predict(const Constraints& constraints) noexcept;
   void LearnMotion(const Constraints& constraints) noexcept;
-  bool Correct(const Constraints& constraints) noexcept;
+  enum class Contacts { kFollow, kStay };
+  enum class Correction { kMade, kContactsChange, kRefused };
+  Correction Correct(const Constraints& constraints, Contacts contacts) noexcept;
   void LoadTools() noexcept;
   double FindGapsAndResidual(const Constraints& constraints) noexcept;
   [[nodiscard]] double TargetResidual() const;  // at which Newton's method ends

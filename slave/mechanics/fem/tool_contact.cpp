@@ -139,13 +139,19 @@ void ToolContact::Begin(const Vector3d& displacement, const NodeVector& u) noexc
     point.at = &at;
     point.before = moved;
     point.depth_before = DepthOf(at.rest + moved, accepted_.displacement);
-    point.is_new = point.is_let_go = false;
+    point.was_held = point.state != State::kApart;
+    point.is_new = point.has_left = point.is_let_go = false;
     points_.push_back(point);
   }
 }
 
 bool ToolContact::IsAtRim(const Point& point) {
   return point.share < kWholeShare;
+}
+
+void ToolContact::Touch(Point* point) {
+  point->anchor = point->first_anchor;
+  point->is_new = !point->has_left || point->is_let_go;
 }
 
 Vector3d ToolContact::AnchorAt(const Point& point, const Vector3d& moved) const noexcept {
@@ -200,7 +206,7 @@ ToolContact::State ToolContact::PushBySpring(const Vector3d& moved, bool judges,
   point->spring.setZero();
   point->spring_stiffness.setZero();
   if (!(depth > 0) && !touched_first) return State::kApart;
-  if (last == State::kApart) point->anchor = point->first_anchor, point->is_new = true;
+  if (last == State::kApart) Touch(point);
   const DiscCompliance compliance = SpringAtRim(poisson_ratio_, point->at->part, point->share);
   const double normal = point->at->modulus / compliance.normal,
                across = point->at->modulus / compliance.across;
@@ -260,7 +266,7 @@ ToolContact::State ToolContact::Next(const NodeVector& u, const NodeVector& reac
     if (pressed < -force_slack) return is_first_ ? point->state : State::kApart;
     pressed = std::max(pressed, 0.0);
   }
-  if (point->state == State::kApart) point->anchor = point->first_anchor, point->is_new = true;
+  if (point->state == State::kApart) Touch(point);
   if (std::isinf(friction_)) return point->is_let_go ? State::kSlips : State::kSticks;
   const Vector3d slid = Across(n, moved - displacement_ - point->anchor);
   Vector3d across = Across(n, force);
@@ -305,7 +311,8 @@ bool ToolContact::UpdateTouching(const NodeVector& u, const NodeVector& reaction
       point.first_anchor = AnchorAt(point, AtNode(u, point.at->node));
       if (point.is_new) point.anchor = point.first_anchor;
     }
-    if (point.state == State::kApart || (!steps && point.state == State::kSlips)) {
+    const bool returns = point.has_left && !point.is_let_go;
+    if ((point.state == State::kApart && !returns) || (!steps && point.state == State::kSlips)) {
       point.share = ShareOf(*point.at, AtNode(u, point.at->node));
     }
     FindGap(u, &point);
@@ -338,7 +345,8 @@ bool ToolContact::UpdateTouching(const NodeVector& u, const NodeVector& reaction
       point.spring.setZero(), point.spring_stiffness.setZero();
     }
     if (point.state == State::kApart && last != State::kApart) {
-      point.is_let_go = point.is_let_go || !point.is_new || judged_ > kDamped;
+      point.is_let_go = point.is_let_go || point.has_left || judged_ > kDamped;
+      point.has_left = point.was_held;
     }
     changes = changes || (point.state != last && (is_held || !IsAtRim(point)));
     if (is_mine) owned = point.state == State::kApart ? kNoTool : me;

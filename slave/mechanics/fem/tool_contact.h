@@ -141,8 +141,11 @@ class ToolContact {
     double share = 1;                 // of its area under the face
     bool reached = false;             // the tool is above it
     bool is_new = false;              // it touched in this increment
-    // It left the tool in this increment. If it returns to a bonded one, it sticks from the end of
-    // the increment on.
+    bool was_held = false;            // it touched in the accepted state
+    bool has_left = false;            // it touched then, and left in this increment
+    // Steps of the search move a node off the tool and back, so one that left once returns to its
+    // place. One that leaves again has let go. If it returns to a bonded tool, it sticks from the
+    // end of the increment on.
     bool is_let_go = false;
     State state = State::kApart;
     Eigen::Vector3d friction{0, 0, 0};  // of one that slips, where it had moved by `judged`
@@ -168,6 +171,8 @@ class ToolContact {
     return tool_.shape == Tool::Shape::kFlat || tool_.shape == Tool::Shape::kRectangle;
   }
   static bool IsAtRim(const Point& point);
+  // A free point touches, or returns.
+  static void Touch(Point* point);
   void FindGap(const NodeVector& u, Point* point) const noexcept;
   [[nodiscard]] double DepthOf(const Eigen::Vector3d& x,
                                const Eigen::Vector3d& displacement) const noexcept;
