@@ -8,10 +8,10 @@
 #include <utility>
 
 #include "slave/mechanics/factory/make_model.h"
+#include "slave/mesh/boundary_patch.h"
 #include "slave/mesh/index.h"
 #include "slave/scene/model_kinds.h"
 #include "slave/study/mesh_division.h"
-#include "slave/study/width_mismatch.h"
 
 namespace palpate::study {
 namespace {
@@ -47,7 +47,19 @@ bool IsOwn(const Scene& scene, const Candidate& c) {
   return c.own && IsSameModel(scene.model, c.scene.model);
 }
 
-// --- planar objects Element counts for which a whole number of elements is under the tool, so that
+// --- planar objects
+
+// Difference of the width of the whole elements under the tool from the tool's own [-].
+double WidthMismatch(const BoundaryMesh& mesh, const Press& press, double width) {
+  const Eigen::Vector2d p = press.p_O.head<2>();
+  double length = 0;
+  for (const int i : PatchElements(mesh, FindElement(mesh, p), p, width)) {
+    length += mesh.elements[Index(i)].length();
+  }
+  return length > 0 ? length / width - 1 : kUnknown;
+}
+
+// Element counts for which a whole number of elements is under the tool, so that
 // the remaining error is that of the method; and coarser ones for speed.
 std::set<int> ElementCounts(const Scene& scene, const PressSpec& question) {
   constexpr int kMinElements = 20, kMaxElements = 1500;
@@ -66,15 +78,14 @@ std::set<int> ElementCounts(const Scene& scene, const PressSpec& question) {
     for (int n = wanted - slack; n <= wanted + slack; ++n) {
       if (n < kMinElements || n > kMaxElements) continue;
       trial.model.elements = n;
-      const ObjectMesh mesh = MeshOutline(trial, std::nullopt);
+      const BoundaryMesh mesh = MeshOutline(trial, std::nullopt);
       double mismatch = 0;
       for (std::size_t i = 0; i < question.presses.size(); i += question.presses.size() / 32 + 1) {
         Press press = question.presses[i];
         // With many presses the mesh is independent of them, because a mesh that fits the tested
         // positions exactly would seem too accurate.
         if (question.presses.size() > 2) press.p_O += 0.3 * question.width * press.along_O;
-        mismatch =
-            std::max(mismatch, std::abs(WidthMismatch(mesh, trial.model, press, question.width)));
+        mismatch = std::max(mismatch, std::abs(WidthMismatch(mesh, press, question.width)));
       }
       mismatch += kNearlyWhole * std::abs(n - wanted);  // prefers the nearest of equally good ones
       if (mismatch < smallest) best = n, smallest = mismatch;

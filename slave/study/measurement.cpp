@@ -22,7 +22,6 @@
 #include "slave/pipeline/load/load_identifier.h"
 #include "slave/scene/model_kinds.h"
 #include "slave/study/press_spec.h"
-#include "slave/study/width_mismatch.h"
 
 namespace palpate::study {
 namespace {
@@ -30,7 +29,6 @@ namespace {
 using Eigen::Vector3d;
 
 constexpr int kSteps = 4;  // steps from the small depth to the full one, as in a manual press
-constexpr double kNarrow = 0.75, kWide = 1.4;  // factors on the tool's width to determine the slope
 constexpr std::size_t kMinRepeats = 5, kMaxRepeats = 1000;
 constexpr int kHop = 10;  // every tenth update touches other elements
 
@@ -40,8 +38,8 @@ PressAnswers AnswerTo(const SeenPress& seen, LoadIdentifier* identifier) {
   SurfaceLoad load;
   for (const auto& points_O : seen.images_O) load = identifier->Fit(points_O);
   const Answer answer{IsForceKnown(load.validity) ? -load.force : kUnknown, load.validity,
-                      load.reason, true};
-  return {answer, answer, 0, 0};
+                      load.reason};
+  return {answer, answer};
 }
 
 // Finds the elements of positions, as the tracker does before it queries the model.
@@ -63,6 +61,11 @@ class Finder {
   const ObjectMesh& mesh_;
   SurfaceMesh skin_;
 };
+
+bool HasMidnodes(const ModelOptions& model) {
+  const ModelKind* kind = FindModelKind(model.kind);
+  return kind != nullptr && kind->has_tets && model.fem.element == FemOptions::Element::kTet10;
+}
 
 PatchBasis LoadBasisOf(const ModelOptions& model) {
   return HasMidnodes(model) ? PatchBasis::kLoadedTriangles10 : PatchBasis::kLoadedTriangles;
@@ -91,11 +94,9 @@ class Trial {
                    : nullptr),
         model_(touch_ ? *touch_->deformation : *made_),
         tool_(candidate.scene, ToolOf(candidate.scene, question), mesh),
-        grows_(IsTouchedRound(candidate.scene)),
         options_(candidate.scene.model),
         // A model that determines the touched nodes uses its own increments.
         steps_(candidate.linear || ShapesTool(candidate.scene) ? 1 : kSteps),
-        mesh_(mesh),
         finder_(mesh),
         question_(question),
         factory_(factory) {}
@@ -105,15 +106,14 @@ class Trial {
   PressAnswers Answer(const Press& press) {
     PressAnswers answers;
     model_.Reset();
-    answers.small = At(press, question_.small_depth, 1);
-    answers.width_mismatch =
-        answers.small.takes_width ? 0 : WidthMismatch(mesh_, options_, press, question_.width);
-    if (question_.presses.size() < kMany || !slope_) slope_ = SlopeOf(press);
-    answers.width_slope = *slope_;
-    model_.Reset();
-    for (int step = 1; step <= steps_; ++step) {
-      answers.full = At(press, question_.depth * step / steps_, 1);
+    if (question_.small_depth < question_.depth) {
+      answers.small = At(press, question_.small_depth);
+      model_.Reset();
     }
+    for (int step = 1; step <= steps_; ++step) {
+      answers.full = At(press, question_.depth * step / steps_);
+    }
+    if (question_.small_depth == question_.depth) answers.small = answers.full;
     return answers;
   }
 
@@ -177,12 +177,7 @@ class Trial {
 
   // Queries the model for a contact as the slave's estimators do.
   ContactResponse Respond(const Contact& contact) {
-    ContactResponse response;
-    if (!touch_) {
-      response = tool_.Press(contact, &model_, &pressed_);
-      response.takes_width = response.takes_width || grows_;
-      return response;
-    }
+    if (!touch_) return tool_.Press(contact, &model_, &pressed_);
     BoundaryPlace place;
     place.element = contact.element;
     place.p_O = contact.p_O.head<2>();
@@ -190,24 +185,16 @@ class Trial {
     const Vector3d n = Planar(place.normal_O);
     const bool slides = touch_->law == ContactLaw::kFrictionless;
     const Vector3d& moved_O = contact.prescribed_O;
-    response =
-        touch_->Press(place, {.displacement_O = slides ? Vector3d(n.dot(moved_O) * n) : moved_O,
-                              .rolled_O = Vector3d::Zero()});
-    response.takes_width = true;
-    return response;
+    return touch_->Press(place, {.displacement_O = slides ? Vector3d(n.dot(moved_O) * n) : moved_O,
+                                 .rolled_O = Vector3d::Zero()});
   }
 
-  // Returns the force at `depth` for a tool that is wider by this factor.
-  study::Answer At(const Press& press, double depth, double width_share) {
-    const double width = width_share * question_.width;
-    return press.loaded ? Push(press, depth, width) : Move(press, depth, width);
-  }
-
-  study::Answer Move(const Press& press, double depth, double width) {
+  study::Answer At(const Press& press, double depth) {
+    const double width = question_.width;
+    if (press.loaded) return Push(press, depth, width);
     const ContactResponse response = Respond(Moved(press, press.p_O, width, depth));
     if (!IsForceKnown(response.validity)) return {};
-    return {press.inward_O.dot(response.force_O), response.validity, response.flag_reason,
-            response.takes_width};
+    return {press.inward_O.dot(response.force_O), response.validity, response.flag_reason};
   }
 
   study::Answer Push(const Press& press, double depth, double width) {
@@ -234,7 +221,7 @@ class Trial {
       validity = Worse(validity, responses[i].validity);
       if (flag_reason.empty()) flag_reason = responses[i].flag_reason;
     }
-    return {force * depth / displacement, validity, flag_reason, false};
+    return {force * depth / displacement, validity, flag_reason};
   }
 
   // Returns whether the mesh is too coarse: the load's area is that of the tool on every mesh, but
@@ -248,32 +235,13 @@ class Trial {
     return IsPatchCoarse(cover);
   }
 
-  // Returns the growth of the force with the tool's discretised width; NaN: the mesh is too coarse
-  // to determine it. It is 0 for plates, which use the exact width.
-  double SlopeOf(const Press& press) {
-    if (touch_ || grows_ || TakesWidthAsItIs(mesh_)) return 0;
-    const auto seen = [&](double share, const study::Answer& answer) {
-      if (press.loaded || answer.takes_width) return share;
-      return share * (1 + WidthMismatch(mesh_, options_, press, share * question_.width));
-    };
-    const study::Answer thin = At(press, question_.small_depth, kNarrow);
-    const study::Answer thick = At(press, question_.small_depth, kWide);
-    const double ratio = seen(kWide, thick) / seen(kNarrow, thin);
-    if (!(ratio > 1.01) || !(thin.value > 0) || !(thick.value > 0)) return kUnknown;
-    return std::log(thick.value / thin.value) / std::log(ratio);
-  }
-
   std::unique_ptr<DeformationModel> made_;
   std::unique_ptr<TouchModel> touch_;  // null: the slave uses the model's answers unchanged
   DeformationModel& model_;
   ToolPress tool_;
-  const bool grows_;  // whether the contact area grows with the depth
   Solution pressed_;
   const ModelOptions& options_;
   const int steps_;
-  // Slope; with many presses, that of the first one, since no error depends on it.
-  std::optional<double> slope_;
-  const ObjectMesh& mesh_;
   Finder finder_;
   const PressSpec& question_;
   const ModelFactory& factory_;

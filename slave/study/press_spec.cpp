@@ -14,7 +14,7 @@
 #include "slave/mechanics/factory/tool_press.h"
 #include "slave/mechanics/object_mesh.h"
 #include "slave/mesh/index.h"
-#include "slave/study/volume_stiffness.h"
+#include "slave/study/volume_force.h"
 
 namespace palpate::study {
 namespace {
@@ -22,7 +22,6 @@ namespace {
 using Eigen::Vector2d;
 using Eigen::Vector3d;
 
-constexpr double kSmallDepth = 1e-4;      // of the object's size
 constexpr double kMembraneLinear = 0.01;  // of the thickness: von Karman's correction is 1e-4 there
 constexpr double kToolPerSize = 1.0 / 15;
 constexpr double kDefaultDepth = 0.05;  // of the object's size
@@ -216,16 +215,13 @@ PressSpec AskedOf(const Scene& scene, const std::vector<Vector3d>& asked_places)
     const SurfaceMesh surface = SurfaceOf(MeshObject(scene, std::nullopt));
     question.size = LargerSide(surface.nodes);
     question.presses = OnVolume(scene, surface, places);
-    const bool loaded =
-        asked_places.empty() && !HasVolumeStiffness(scene) && !IsTouchedRound(scene);
+    const bool loaded = asked_places.empty() && !HasVolumeForce(scene) && !IsTouchedRound(scene);
     for (Press& press : question.presses) press.loaded = loaded;
   }
   question.width = scene.tool ? scene.tool->width : kToolPerSize * question.size;
   question.depth = scene.tool ? std::min(scene.operator_options.press_depth, 0.5 * question.size)
                               : kDefaultDepth * question.size;
-  question.small_depth = small_depth > 0 ? small_depth : kSmallDepth * question.size;
-  if (IsTouchedRound(scene)) question.small_depth = question.depth;
-  question.small_depth = std::min(question.small_depth, question.depth);
+  question.small_depth = small_depth > 0 ? std::min(small_depth, question.depth) : question.depth;
   // A flat punch on a half-space needs E w d / (1 - nu^2).
   question.load = scene.object.material.young_modulus * question.width * question.depth;
   return question;

@@ -39,8 +39,8 @@ struct PressSpec {
   std::vector<SeenPress> seen;  // one per press; empty: the model's answers for the depth are used
   double width = 0;             // of the tool [m], > 0
   double depth = 0;             // indentation of the operator, at most half the size [m]
-  // Depth at which every model is linear [m]; it is `depth` if no force is linear: with a round
-  // tool or with cameras.
+  // Of membranes: the depth at which every model is linear [m]. Else, and with cameras: `depth`,
+  // because the contact of a tool may grow with it.
   double small_depth = 0;
   // For loaded contacts the load that reaches about `depth` [N]; reduced in proportion at the small
   // depth.
@@ -49,7 +49,7 @@ struct PressSpec {
 };
 
 // The scene's own contacts. Planar objects: at the boundary nearest to the tool's home. Membranes:
-// under home. Volumes: on the surface opposite to the fixed part; loaded where VolumeStiffness does
+// under home. Volumes: on the surface opposite to the fixed part; loaded where VolumeForce does
 // not apply (a rigid disc on whole nodes differs so much from mesh to mesh that no solution
 // converges; a round tool is never loaded). If given, `places` [m] are used instead, each moved to
 // the surface, with a rigid tool; without them those of the scene. A scene without a tool gets one

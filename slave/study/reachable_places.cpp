@@ -195,7 +195,8 @@ std::vector<Vector3d> PlacesToStudy(const Scene& scene) {
   const auto is_slow = [&] { return IsTouchedRound(scene) || !IsQuicklyGraded(scene); };
   if (IsVolume(scene.object.geometry) && is_slow()) return {};
   const Geometry& geometry = scene.object.geometry;
-  const int count = IsPlanar(geometry) ? kOnOutline : kMinOnSurface;
+  const bool is_quick = IsPlanar(geometry) && !std::holds_alternative<DiscGeometry>(geometry);
+  const int count = is_quick ? kOnOutline : kMinOnSurface;
   auto places = ReachablePlaces(scene, scene.tool->width, SpreadShares(count));
   if (HasStereoOrDepth(scene.sense)) KeepToFewRadii(geometry, &places);
   return places;

@@ -18,7 +18,7 @@
 #include "slave/scene/model_kinds.h"
 #include "slave/study/richardson.h"
 #include "slave/study/seen_press.h"
-#include "slave/study/volume_stiffness.h"
+#include "slave/study/volume_force.h"
 
 namespace palpate::study {
 namespace {
@@ -44,21 +44,27 @@ double Stiffness(const Scene& scene, const Press& press, double width,
   return unit * way.dot(bonded.stiffness * way);
 }
 
-// Returns the force under a round tool at this displacement, because its contact grows with the
-// depth.
-double RoundForce(const Scene& scene, const Press& press, double depth) {
+// Force at this depth of a tool whose contact grows with it: a round one, or one on a curved
+// outline.
+double TouchedForce(const Scene& scene, const Press& press, double width, double depth) {
   const simulation::TrueBody body(scene);
-  const auto solution =
-      simulation::SolveUnderRound(body, scene.object.material.poisson_ratio, scene.model.plane,
-                                  body.Nearest(press.p_O.head<2>()), *scene.tool);
+  const auto solution = simulation::SolveUnderRound(
+      body, scene.object.material.poisson_ratio, scene.model.plane,
+      body.Nearest(press.p_O.head<2>()), scene.tool.value_or(Tool{.width = width}));
   const Eigen::Vector2d way = press.inward_O.head<2>();
   return scene.object.material.young_modulus * ThicknessOf(scene.object.geometry) *
          way.dot(simulation::Touched(*solution.round, depth * way, 0).total());
 }
 
 constexpr double kGood = 0.05;  // largest relative uncertainty of an independent answer
-// Relative uncertainty of a round tool's reference contact (round_touch_test).
-constexpr double kRound = 1e-3;
+// Relative uncertainty of such a contact (round_touch_test).
+constexpr double kTouched = 1e-3;
+
+// Whether a bonded tool touches an outline only where the outline reaches it.
+bool IsTouchedOutline(const Scene& scene) {
+  return IsPlanar(scene.object.geometry) && scene.model.contact == ContactLaw::kBonded &&
+         (IsTouchedRound(scene) || std::holds_alternative<DiscGeometry>(scene.object.geometry));
+}
 // Relative uncertainty of the error of a plate's law, see plate_law.h.
 constexpr double kOfLaw = 0.3;
 // Relative uncertainty of a nonlinearity that is known from one mesh only.
@@ -106,30 +112,16 @@ std::map<std::string, std::vector<const StudyRow*>> Families(const std::vector<S
   return families;
 }
 
-// Returns d ln force / d ln width of the finest member that determines it.
-double SlopeOf(const std::vector<const StudyRow*>& members, std::size_t press) {
-  for (const StudyRow* row : members) {
-    const double slope = row->answers[press].width_slope;
-    if (std::isfinite(slope)) return slope;
-  }
-  return 0;
-}
-
-// `loaded`: every mesh got the same load, so that no correction is needed.
-std::optional<Limit> LimitOf(const std::vector<const StudyRow*>& members, std::size_t press,
-                             bool loaded) {
+std::optional<Limit> LimitOf(const std::vector<const StudyRow*>& members, std::size_t press) {
   const StudyRow& finest = *members.front();
   if (finest.element_size == 0) {
     const double force = members.back()->answers[press].small.value;
     return Limit{FormulationOf(finest), finest.family + " (has no mesh)", {force, 0}, true};
   }
-  const double slope = loaded ? 0 : SlopeOf(members, press);
   std::vector<MeshAnswer> answers;
   for (const StudyRow* row : members) {
-    const PressAnswers& a = row->answers[press];
-    const double width = loaded ? 1 : 1 + a.width_mismatch;
-    if (!(width > 0) || !std::isfinite(a.small.value)) continue;
-    answers.push_back({row->element_size, a.small.value * std::pow(width, -slope)});
+    const double force = row->answers[press].small.value;
+    if (std::isfinite(force)) answers.push_back({row->element_size, force});
   }
   const double nearest = answers.empty() ? kUnknown : answers.front().value;
   const Extrapolation limit = Extrapolate(std::move(answers));
@@ -155,31 +147,34 @@ const Limit* SecondOpinion(const std::vector<Limit>& limits, const Limit& best) 
   return second;
 }
 
-// Returns the force per depth from finite elements graded for the press, as fine as the study's
-// time permits; for many presses coarse, and finer for a check. A box is prepared by
+// How fine the elements of a reference are: the coarse ones of many presses, those of a single one,
+// and those that check both.
+enum class Detail : std::uint8_t { kMany, kSingle, kCheck };
+
+// Returns the force at the small depth from finite elements graded for the press, as fine as the
+// study's time permits; its bar is NaN if only another mesh tells it. A box is prepared by
 // `WithFewCells`.
-std::optional<double> Graded(const Scene& scene, const Press& press, const PressSpec& question,
-                             bool many, bool check) {
+std::optional<Estimate> Graded(const Scene& scene, const Press& press, const PressSpec& question,
+                               Detail detail) {
   const double width = question.width;
   const bool is_usual = !scene.tool || scene.tool->shape == Tool::Shape::kFlat ||
                         scene.tool->shape == Tool::Shape::kRound;
   if (press.loaded || !is_usual || scene.model.contact == ContactLaw::kFriction)
     return std::nullopt;
   if (IsVolume(scene.object.geometry)) {
-    constexpr double kRoughGrowth = 3;
-    if (IsTouchedRound(scene)) {
-      // Compared with hexahedra: 0.5 % too high with four edges across the tool, 0.2 % with six in
-      // four times the time.
-      const auto force =
-          VolumeRoundForce(scene, press, question.depth, check ? 3 : 4, check ? 2 : 1.5);
-      return force ? std::optional(*force / question.depth) : std::nullopt;
-    }
-    if (check) return VolumeStiffness(scene, press, width, width / (many ? 3 : 4), many ? 1.5 : 1);
-    return many ? VolumeStiffness(scene, press, width, width / 2, kRoughGrowth)
-                : VolumeStiffness(scene, press, width, width / 5);
+    constexpr Grading kRoughGrading{0.4, 0.4, 3};
+    const bool is_rough = detail == Detail::kMany;
+    return VolumeForce(scene, press, width, question.small_depth,
+                       is_rough ? kRoughGrading : kFineGrading);
   }
-  const PlanarMesh own = many ? PlanarMesh::kRough : PlanarMesh::kFine;
-  return PlanarStiffness(scene, press, width, check ? PlanarMesh::kMedium : own);
+  // The whole width of a sliding tool would take the shape of a curved outline.
+  if (std::holds_alternative<DiscGeometry>(scene.object.geometry)) return std::nullopt;
+  const PlanarMesh mesh = detail == Detail::kMany     ? PlanarMesh::kRough
+                          : detail == Detail::kSingle ? PlanarMesh::kFine
+                                                      : PlanarMesh::kMedium;
+  const auto stiffness = PlanarStiffness(scene, press, width, mesh);
+  if (!stiffness) return std::nullopt;
+  return Estimate{*stiffness * question.small_depth, kUnknown};
 }
 
 // Returns the scene with as few cells as the far field needs, because they are refined near the
@@ -250,22 +245,10 @@ Estimate Stiffening(const std::vector<const StudyRow*>& members, std::size_t pre
   return {ratios.back().value, kOneMesh * std::abs(ratios.back().value - 1)};
 }
 
-// Returns the largest d ln force / d ln width of all rows, for rows that are too coarse to
-// determine it.
-double LargestSlope(const std::vector<StudyRow>& rows, std::size_t press) {
-  double slope = 0;
-  for (const StudyRow& row : rows) {
-    if (!AnsweredAllPresses(row)) continue;
-    const double own = row.answers[press].width_slope;
-    if (std::abs(own) > std::abs(slope)) slope = own;
-  }
-  return slope;
-}
-
 // PressErrors holds the errors of a row at each press.
 struct PressErrors {
   std::vector<Estimate> small, full;
-  std::vector<double> deviation, width;
+  std::vector<double> deviation;
 };
 
 bool IsWorse(double a, double b) {
@@ -294,16 +277,12 @@ double SamplingBar(std::vector<double> errors) {
   return 0.5 * std::abs(at(rank - sigma) - at(rank + sigma));
 }
 
-void EvaluatePress(const Reference& reference, const PressAnswers& answers, double slope, bool sole,
-                   PressErrors* errors) {
-  const double width = 1 + answers.width_mismatch;
-  const double width_error = width > 0 ? std::abs(std::pow(width, slope) - 1) : 0;
+void EvaluatePress(const Reference& reference, const PressAnswers& answers, PressErrors* errors) {
   const auto judge = [&](const Estimate& truth, double value) {
     const double bar = std::abs(truth.bar / truth.value);
     const double off = std::abs(value / truth.value - 1);
-    return Estimate{off >= 0 ? std::max({off, bar, sole ? width_error : 0}) : kUnknown, bar};
+    return Estimate{off >= 0 ? std::max(off, bar) : kUnknown, bar};
   };
-  errors->width.push_back(width_error);
   errors->small.push_back(judge(reference.small, answers.small.value));
   errors->full.push_back(judge(reference.full, answers.full.value));
   errors->deviation.push_back(std::abs(answers.full.value / reference.full.value - 1));
@@ -342,13 +321,13 @@ std::optional<double> PlanarStiffness(const Scene& scene, const Press& press, do
 }
 
 ReferenceFinder::ReferenceFinder(const Scene& scene, const PressSpec& question)
-    : question_(question), is_round_(IsTouchedRound(scene)) {
+    : question_(question) {
   if (const auto* membrane = std::get_if<MembraneGeometry>(&scene.object.geometry)) {
     membrane_ = *membrane;
   }
   if (!question.seen.empty()) return;
-  if (is_round_ && IsPlanar(scene.object.geometry) && scene.model.contact == ContactLaw::kBonded) {
-    AddRound(scene);
+  if (IsTouchedOutline(scene)) {
+    AddTouched(scene);
     return;
   }
   constexpr std::size_t kChecked = 3;  // number of checked presses if there are many
@@ -358,14 +337,14 @@ ReferenceFinder::ReferenceFinder(const Scene& scene, const PressSpec& question)
   std::vector<double> ratios;
   for (std::size_t i = 0; i < count; ++i) {
     const Press& press = question.presses[i];
-    const auto stiffness = Graded(few, press, question, many, false);
-    const double force = question.small_depth * stiffness.value_or(kUnknown);
-    independent_.push_back({force, kUnknown});
-    if (!stiffness || (many && i % (count / kChecked) != 0)) continue;
-    const auto other = Graded(few, press, question, many, true);
+    const auto force = Graded(few, press, question, many ? Detail::kMany : Detail::kSingle);
+    independent_.push_back(force.value_or(Estimate{}));
+    if (!force || (many && i % (count / kChecked) != 0)) continue;
+    if (!many && std::isfinite(force->bar)) continue;
+    const auto other = Graded(few, press, question, Detail::kCheck);
     if (!other) continue;
-    ratios.push_back(*other / *stiffness);
-    if (!many) independent_.back().bar = force * std::abs(ratios.back() - 1);
+    ratios.push_back(other->value / force->value);
+    if (!many) independent_.back().bar = force->value * std::abs(ratios.back() - 1);
   }
   if (!many || ratios.empty()) return;
   const Estimate finer = Finer(ratios);
@@ -374,12 +353,12 @@ ReferenceFinder::ReferenceFinder(const Scene& scene, const PressSpec& question)
   }
 }
 
-void ReferenceFinder::AddRound(const Scene& scene) {
+void ReferenceFinder::AddTouched(const Scene& scene) {
   for (const Press& press : question_.presses) {
     Estimate force;
     try {
-      force.value = RoundForce(scene, press, question_.depth);
-      force.bar = kRound * force.value;
+      force.value = TouchedForce(scene, press, question_.width, question_.depth);
+      force.bar = kTouched * force.value;
     } catch (const std::exception&) {  // no mesh or position; the limit of the models remains
     }
     independent_.push_back(force);
@@ -401,8 +380,7 @@ Reference ReferenceFinder::FindOne(const std::vector<StudyRow>& rows, std::size_
   for (const auto& [name, members] : families) {
     const StudyRow& finest = *members.front();
     if (any_linear && !finest.linear && finest.element_size > 0) continue;
-    if (auto limit = LimitOf(members, press, question_.presses[press].loaded))
-      limits.push_back(*std::move(limit));
+    if (auto limit = LimitOf(members, press)) limits.push_back(*std::move(limit));
   }
   if (limits.empty()) return {{}, {}, "none: too few results to extrapolate"};
   const bool settled = limits.front().kind == kIndependent && limits.front().relative_bar() < kGood;
@@ -429,9 +407,10 @@ Reference ReferenceFinder::FindOne(const std::vector<StudyRow>& rows, std::size_
   Estimate stiffening{1, 0};
   for (const auto& [name, members] : families) {
     if (!IsLargeDeformation(members.front()->model)) continue;
-    // A contact that grows has no force that is linear in the depth.
+    // The contact of a tool on a volume grows with the depth, so its linear force does not show the
+    // law.
     const Estimate found = Stiffening(members, press, [&](const StudyRow& row) {
-      return is_round_ ? LinearForce(rows, row, press) : row.answers[press].small.value * depths;
+      return membrane_ ? row.answers[press].small.value * depths : LinearForce(rows, row, press);
     });
     if (std::isfinite(found.value)) stiffening = found;
   }
@@ -462,11 +441,8 @@ void EvaluateRows(const References& references, std::vector<StudyRow>* rows) {
   for (StudyRow& row : *rows) {
     if (!AnsweredAllPresses(row)) continue;
     PressErrors errors;
-    const bool sole = row.answers.size() < kMany;
     for (std::size_t i = 0; i < row.answers.size(); ++i) {
-      const double own = row.answers[i].width_slope;
-      const double slope = std::isfinite(own) ? own : LargestSlope(*rows, i);
-      EvaluatePress(references.presses[i], row.answers[i], slope, sole, &errors);
+      EvaluatePress(references.presses[i], row.answers[i], &errors);
     }
     row.error = AtNineOfTen(errors.full, std::mem_fn(&Estimate::value));
     row.error.bar = std::hypot(row.error.bar, SamplingBar(errors.deviation));
@@ -474,7 +450,6 @@ void EvaluateRows(const References& references, std::vector<StudyRow>* rows) {
     row.bound = errors.full[BeyondBound(errors.full.size())].value;
     row.error_small = AtNineOfTen(errors.small, std::mem_fn(&Estimate::value));
     row.deviation = AtNineOfTen(errors.deviation, std::identity{});
-    row.width_error = AtNineOfTen(errors.width, std::identity{});
   }
 }
 

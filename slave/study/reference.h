@@ -38,29 +38,27 @@ struct References {
 
 // Small depth: for planar objects and rigid tools on volumes, finite elements graded for the
 // contact, if their bar is below 5 %. Otherwise the limit of each family under mesh refinement
-// (Extrapolate, with every result scaled to the tool's true width by the models' d ln force / d ln
-// width); the one with the smallest error bar is used. Its bar is enlarged by the difference from
-// another formulation that exceeds that one's bar and distance to its limit. Full depth: the same,
-// times the stiffening in a large-deformation model (von Karman, neo-Hookean) relative to the small
-// depth, or one if none has a solution; for a membrane minus the error of the plate's law. Round
-// tools: only at full depth, with the true contact region, times the ratio of the large-deformation
-// model to the linear one with the same elements. Presses measured by cameras: only at full depth,
-// by a hyperelastic solid.
+// (Extrapolate); the one with the smallest error bar is used. Its bar is enlarged by the difference
+// from another formulation that exceeds that one's bar and distance to its limit. Full depth: the
+// same, times the stiffening in a large-deformation model (von Karman, neo-Hookean) relative to the
+// small depth, or one if none has a solution; for a membrane minus the error of the plate's law.
+// Volumes, round tools and discs: only at full depth, with the true contact region; on a volume
+// times the ratio of the large-deformation model to the linear one with the same elements. Presses
+// measured by cameras: only at full depth, by a hyperelastic solid.
 class ReferenceFinder {
  public:
-  // Solves the graded finite elements: up to a second each, coarse ones if there are more than two
-  // contacts. The bar of one is the change from another mesh. The coarse ones are checked at three
-  // of their positions on finer meshes, which correct all of them: the spread of the three is their
-  // bar, or half of the correction.
+  // Solves the graded finite elements: a second each, coarse ones if there are more than two
+  // contacts. The bar of one is its stated error, on an outline the change from another mesh. The
+  // coarse ones are checked at three of their positions on finer meshes, which correct all of them:
+  // the spread of the three is their bar, or half of the correction.
   ReferenceFinder(const Scene& scene, const PressSpec& question);
   [[nodiscard]] References Find(const std::vector<StudyRow>& rows) const;
 
  private:
-  void AddRound(const Scene& scene);
+  void AddTouched(const Scene& scene);
   [[nodiscard]] Reference FindOne(const std::vector<StudyRow>& rows, std::size_t press) const;
 
   PressSpec question_;
-  bool is_round_;  // under a round tool
   std::optional<MembraneGeometry> membrane_;
   std::vector<Estimate> independent_;  // force at the small depth, one per contact; NaN: none
 };

@@ -68,7 +68,6 @@ Json ToJson(const StudyRow& row) {
             {"error", ToJson(row.error)},
             {"error_small", ToJson(row.error_small)},
             {"deviation", row.deviation},
-            {"width_error", row.width_error},
             {"plane_error", row.plane_error},
             {"validity", ToString(row.validity)},
             {"beyond", row.beyond},
@@ -83,10 +82,7 @@ Json ToJson(const StudyRow& row) {
             {"recommended", row.recommended},
             {"answers", Json::array()}};
   for (const PressAnswers& a : row.answers) {
-    json["answers"].push_back({{"small", ToJson(a.small)},
-                               {"full", ToJson(a.full)},
-                               {"width_mismatch", a.width_mismatch},
-                               {"width_slope", a.width_slope}});
+    json["answers"].push_back({{"small", ToJson(a.small)}, {"full", ToJson(a.full)}});
   }
   return json;
 }
@@ -200,7 +196,7 @@ std::string ToJson(const StudyResult& study) {
 std::string ToCsv(const StudyResult& study) {
   std::string csv =
       "family,kind,resolution,dof,residual,outcome,error,error_bar,error_small,error_small_bar,"
-      "deviation,width_error,plane_error,validity,update_median_s,update_p99_s,precompute_s,memory_"
+      "deviation,plane_error,validity,update_median_s,update_p99_s,precompute_s,memory_"
       "bytes,"
       "expected_s,own,on_front,"
       "meets_tolerance,meets_rate,recommended,reason\n";
@@ -216,7 +212,6 @@ std::string ToCsv(const StudyResult& study) {
     csv += std::string(ToString(row.outcome)) + ",";
     for (const Estimate& e : {row.error, row.error_small}) number(e.value), number(e.bar);
     number(row.deviation);
-    number(row.width_error);
     number(row.plane_error);
     csv += row.outcome == Outcome::kAnswered ? std::string(ToString(row.validity)) + "," : ",";
     number(row.update_median_s);

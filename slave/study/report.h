@@ -10,12 +10,10 @@ namespace palpate::study {
 
 // Returns one line per row, in the order of the study, after the header
 //   family,kind,resolution,dof,residual,outcome,error,error_bar,error_small,error_small_bar,
-//   deviation,width_error,
-//   validity,update_median_s,update_p99_s,precompute_s,memory_bytes,expected_s,
-//   on_front,meets_tolerance,meets_rate,recommended,reason
+//   deviation,plane_error,validity,update_median_s,update_p99_s,precompute_s,memory_bytes,
+//   expected_s,own,on_front,meets_tolerance,meets_rate,recommended,reason
 // error: relative error of the contact force at full depth, the worst press, never below error_bar
-// (uncertainty of the reference) and width_error (effect of the tool's discretised width);
-// deviation: signed difference from the reference; _small: at the small depth, where every model is
+// (uncertainty of the reference); deviation: difference from the reference; _small: at the small depth, where every model is
 // linear. A number that is not known is an empty cell; flags are 0 or 1; text with a comma is
 // quoted.
 std::string ToCsv(const StudyResult& study);

@@ -26,13 +26,10 @@ struct Answer {
   double value = kUnknown;
   Validity validity = Validity::kFailed;
   std::string_view flag_reason;  // why it is extrapolated; may be empty
-  bool takes_width = false;      // see ContactResponse
 };
 
 struct PressAnswers {
-  Answer small, full;             // at the question's two depths
-  double width_mismatch = 0;      // WidthMismatch of the mesh there; not for loaded results [-]
-  double width_slope = kUnknown;  // d ln value / d ln width as this model finds it [-]
+  Answer small, full;  // at the question's two depths
 };
 
 // Statement about a model's accuracy in `check` and `study`.
@@ -79,16 +76,13 @@ struct StudyRow : Trait {
 
   // Relative error of the contact force at the full and at the small depth: the 90th percentile
   // over the contacts, for fewer than ten the largest. It is the difference from the reference, but
-  // at least the reference's error bar and, for fewer than three contacts, at least the effect of
-  // the tool's discretised width, because errors may cancel at one point by chance. The bar of
-  // `error` includes that of the reference and, for three or more contacts, the sampling
-  // uncertainty.
+  // at least the reference's error bar. The bar of `error` includes that of the reference and, for
+  // three or more contacts, the sampling uncertainty.
   Estimate error, error_small;
   double bound =
       kUnknown;  // error that nine of ten places do not exceed, with 95 %: BeyondBound [-]
   double plane_error = 0;                 // part of `error`: PlaneError of an outline's model [-]
   double deviation = kUnknown;            // difference from the reference at full depth [-]
-  double width_error = kUnknown;          // effect of the tool's discretised width [-]
   Validity validity = Validity::kFailed;  // at full depth, the worst over the contacts
   std::size_t beyond = 0;                 // contacts at which it is not valid there
   bool on_front = false;                  // no other row is both faster and more accurate

@@ -53,9 +53,9 @@ TEST(ReportTest, CsvHasItsDocumentedHeaderAndNumbersThatRoundTrip) {
   std::getline(csv, line);
   EXPECT_EQ(line,
             "family,kind,resolution,dof,residual,outcome,error,error_bar,error_small,"
-            "error_small_bar,deviation,width_error,validity,update_median_s,update_p99_s,"
-            "precompute_s,memory_bytes,expected_s,on_front,meets_tolerance,meets_rate,recommended,"
-            "reason");
+            "error_small_bar,deviation,plane_error,validity,update_median_s,update_p99_s,"
+            "precompute_s,memory_bytes,expected_s,own,on_front,meets_tolerance,meets_rate,"
+            "recommended,reason");
   const std::size_t columns = Cells(line).size();
   for (const StudyRow& row : study.rows) {
     ASSERT_TRUE(std::getline(csv, line));
