@@ -402,6 +402,13 @@ class Python(Examples):
             done = plot(self.out / name)
             self.assertEqual(done.returncode, 0, done.stderr)
             self.assertIn("<svg", (self.out / name).with_suffix(".svg").read_text())
+        other = self.out / "other.csv"
+        head = "family,update_median_s,precompute_s,error,error_bar,on_front,recommended\n"
+        (self.out / "study.csv").write_text(head + "bem2d,1e-6,0.1,0.02,0.001,1,1\nfem,1e-3,,,,0,0\n")
+        other.write_text(head + "bem2d,3e-6,0.3,0.04,0.001,0,0\n")
+        done = plot(self.out / "study.csv", other)
+        self.assertIn("| bem2d | 2 | 2 | 3 / 3.8 | 2 / 2.8 | 200 / 280 | 50 % |", done.stdout, done.stderr)
+        self.assertEqual(plot(self.out / "study.csv", self.out / "states.csv").returncode, 2)
         for text, message in (("a,b\n1,2\n", "expected study.csv"), ("t,fx,fy,fz\n0,0\n", "bad.csv:2: 2 cells: expected 4"),
                               ("t,fx,fy,fz\n0,one,0,0\n", "column fx"), ("", "expected a CSV file with a header")):
             (self.out / "bad.csv").write_text(text)

@@ -1,8 +1,9 @@
-"""Draws a table of Palpate: python3 -m palpate.plot FILE.csv [--out FILE.svg]
+"""Draws a table of Palpate: python3 -m palpate.plot FILE.csv... [--out FILE.svg]
 
 The table's header determines the plot. Needs python3-matplotlib. The ending of --out is the format (.svg, .png, .pdf).
 
-  study.csv                    error of the contact force over update time, one colour for each model family
+  study.csv                    error of the contact force over update time, one colour for each model family. Several
+                               files give one picture and print a table of the families
   states.csv                   force and one standard deviation over time; states that are not valid are grey
   log.csv, ticks.csv           forces of the master over time
   measured_f*, estimated_f*    estimated over measured force, and the error over time (the table of `verify --forces`)
@@ -81,19 +82,54 @@ def _study(table: Table, figure: Any) -> None:
         raise ValueError("no row has an update time and an error")
     axes = figure.subplots()
     family = np.array(table["family"])
-    for name in dict.fromkeys(family[known]):
+    is_single = len(set(table.get("file", ()))) < 2
+    for name, color in zip(dict.fromkeys(family[known]), _colors()):
         rows = known & (family == name)
         below = np.minimum(np.nan_to_num(bar[rows]), 0.99 * error[rows])
-        axes.errorbar(time[rows], error[rows], [below, np.nan_to_num(bar[rows])], fmt="o", markersize=5, alpha=0.75, label=name)
-    if "on_front" in table:
+        bars = [below, np.nan_to_num(bar[rows])] if is_single else None
+        axes.errorbar(time[rows], error[rows], bars, fmt="o", markersize=5 if is_single else 3, alpha=0.75, label=name, color=color)
+    if is_single and "on_front" in table:
         front = known & (numbers(table, "on_front") == 1)
         order = np.argsort(time[front])
         axes.plot(time[front][order], error[front][order], "--", color="grey", label="no model is better in both")
-    if "recommended" in table:
+    if is_single and "recommended" in table:
         chosen = known & (numbers(table, "recommended") == 1)
         axes.plot(time[chosen], error[chosen], "o", markersize=13, fillstyle="none", color="crimson", label="recommended")
     axes.set(xscale="log", yscale="log", xlabel="update time, median [us]", ylabel="largest error of the contact force [%]")
     axes.legend(fontsize="small")
+
+
+def _colors() -> Any:
+    from matplotlib import colormaps
+    return colormaps["tab20"].colors
+
+
+def joined(files: list[pathlib.Path]) -> Table:
+    """The tables of several studies as one, with the column `file`. Raises ValueError: another table, or other columns."""
+    whole: Table = {}
+    for file in files:
+        table = read(file)
+        if not {"family", "update_median_s", "error", "on_front"} <= set(table) or (whole and set(whole) != {*table, "file"}):
+            raise ValueError(f"{file}: expected files of `study`, all with the same columns")
+        table["file"] = [str(file)] * len(table["family"])
+        for name, column in table.items():
+            whole.setdefault(name, []).extend(column)
+    return whole
+
+
+def summary(table: Table) -> str:
+    """The table of the families over several studies, as Markdown: median and 90th percentile of the rows that answered."""
+    error, update, start = 100 * numbers(table, "error"), 1e6 * numbers(table, "update_median_s"), 1e3 * numbers(table, "precompute_s")
+    family, front, files = np.array(table["family"]), numbers(table, "on_front"), np.array(table["file"])
+    lines = ["| model | scenes | rows | error [%] | update [us] | precompute [ms] | on the front |", "|---|---|---|---|---|---|---|"]
+    for name in dict.fromkeys(family):
+        rows = (family == name) & np.isfinite(error) & np.isfinite(update)
+        if not rows.any():
+            continue
+        halves = (" / ".join(f"{value:.2g}" if value < 100 else f"{value:.0f}" for value in np.percentile(column[rows], [50, 90]))
+                  for column in (error, update, start))
+        lines.append(f"| {name} | {len(set(files[rows]))} | {rows.sum()} | {' | '.join(halves)} | {100 * front[rows].mean():.0f} % |")
+    return "\n".join(lines)
 
 
 def _states(table: Table, figure: Any) -> None:
@@ -144,7 +180,7 @@ def _pairs(table: Table, figure: Any) -> None:
 
 def main() -> int:
     parser = argparse.ArgumentParser(prog="palpate.plot", description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("file", type=pathlib.Path, metavar="FILE.csv")
+    parser.add_argument("files", type=pathlib.Path, nargs="+", metavar="FILE.csv", help="several: of `study`")
     parser.add_argument("--out", type=pathlib.Path, metavar="FILE.svg", help="default: FILE.svg beside FILE.csv")
     options = parser.parse_args()
     try:
@@ -154,15 +190,19 @@ def main() -> int:
         return 2
     matplotlib.use("Agg")
     from matplotlib import figure as figures
-    out = options.out or options.file.with_suffix(".svg")
+    out = options.out or options.files[0].with_suffix(".svg")
     try:
         figure = figures.Figure(figsize=(9, 6), layout="constrained")
-        draw(read(options.file), figure)
-        figure.suptitle(options.file.name)
+        is_single = len(options.files) == 1
+        table = read(options.files[0]) if is_single else joined(options.files)
+        draw(table, figure)
+        figure.suptitle(options.files[0].name if is_single else f"{len(options.files)} studies")
         figure.savefig(out)
     except (OSError, ValueError) as error:
         print(f"palpate.plot: {error}", file=sys.stderr)
         return 2
+    if not is_single:
+        print(summary(table))
     print(out)
     return 0
 
