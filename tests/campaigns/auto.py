@@ -2,6 +2,7 @@
 
 A scene is right if the chosen model meets the tolerance by the study, at no more than twice the update time of the fastest that does, or
 if no model meets it. It is flagged if the model meets it more slowly, or misses it and `check` says so, and silent otherwise.
+With --keep FOLDER, FOLDER/case-*/study/study.csv are the studies, which palpate.plot draws and counts.
 """
 import functools
 import json
@@ -18,7 +19,6 @@ NEEDED = 0.9  # of the scenes
 
 def arguments(parser):
     parser.add_argument("--budget", type=float, default=30, help="of a study [s]")
-    parser.add_argument("--plot", metavar="FILE", help="picture of all scenes, .svg or .png")
 
 
 def judged(files, budget, folder):
@@ -62,21 +62,5 @@ def demands(results, options):
     can = [outcome.values for _, outcome in results if "met" in outcome.values]
     met, fast = sum(one["met"] for one in can), sum(one["met"] and one["slower"] <= AS_FAST for one in can)
     without, all_of = sum("none" in outcome.values for _, outcome in results), len(results)
-    if options.plot:
-        plot(can, options.plot)
     yield f"{all_of} scenes; {without} that no model meets; {met} of the other {len(can)} meet the tolerance, {fast} within twice the least time", (
         fast + without >= NEEDED * all_of)
-
-
-def plot(scenes, file):
-    import matplotlib.figure
-    figure = matplotlib.figure.Figure(figsize=(6, 4), layout="constrained")
-    axes = figure.subplots()
-    for family in dict.fromkeys(one["family"] for one in scenes):
-        rows = [one for one in scenes if one["family"] == family]
-        axes.plot([one["slower"] for one in rows], [one["error"] for one in rows], "o", label=family)
-    axes.axhline(1, color="grey", linestyle="--")
-    axes.axvline(AS_FAST, color="grey", linestyle="--")
-    axes.set(xlabel="update time / least time of a model that meets the tolerance", ylabel="error / tolerance", xlim=(0, None), ylim=(0, None))
-    axes.legend(fontsize="small")
-    figure.savefig(file)

@@ -1,7 +1,9 @@
 """Draws of the campaigns: random numbers, meshes, and scenes of seven kinds."""
 import itertools
 import math
+import pathlib
 import struct
+import tempfile
 
 import numpy as np
 
@@ -75,7 +77,7 @@ def gmsh_2(nodes, elements, binary=False):
 
 def scene(dice, size, width):
     """Draws what all scenes have."""
-    return {"young_modulus": dice.decades(3e3, 3e6), "poisson_ratio": dice.between(0.05, 0.48), "width": width,
+    return {"young_modulus": dice.decades(3e3, 3e6), "poisson_ratio": dice.between(0.2, 0.499), "width": width,
             "depth": size * dice.decades(0.005, 0.05), "tolerance": dice.decades(0.005, 0.2), "rate": dice.decades(60, 5000), "model": ""}
 
 
@@ -90,6 +92,16 @@ def rectangle(dice):
     drawn, height = planar(dice, size), size * dice.between(0.35, 1)
     shape = f"rectangle: {{width: {size:.9g}, height: {height:.9g}, thickness: {size * dice.between(0.05, 0.3):.9g}}}"
     return {**drawn, "shape": shape, "fixed": "side: bottom", "home": (size * dice.between(0.3, 0.7), height + 0.1 * size, 0), "size": size}
+
+
+def block(dice):
+    """A thick rectangle under a tool that reaches through all or a part of its thickness."""
+    size = dice.decades(0.002, 0.2)
+    drawn, height, thickness = planar(dice, size), size * dice.between(0.5, 1), size * dice.between(0.2, 0.6)
+    shape = f"rectangle: {{width: {size:.9g}, height: {height:.9g}, thickness: {thickness:.9g}}}"
+    extent = thickness * (1 if dice.chance(0.5) else dice.between(0.4, 0.8))
+    return {**drawn, "shape": shape, "extent": f"{extent:.9g}", "fixed": "side: bottom", "home": (size * dice.between(0.3, 0.7), height + 0.1 * size, 0),
+            "size": size}
 
 
 def disc(dice):
@@ -129,14 +141,16 @@ def box(dice):
     return {**drawn, "shape": f"box: {{size: {vector(*sides)}, cells: {cells}}}"}
 
 
-def dome(dice):
-    """A half ball on its flat side: the upper half of a cube's mesh, projected outwards without flat cells."""
+def cap(dice):
+    """A cylinder with a round top, meshed by Gmsh with four edges under the tool."""
+    from truth import volumes
     radius = dice.decades(0.005, 0.1)
-    drawn, cells = volume(dice, radius), dice.whole(3, 4)
-    nodes, elements = box_mesh((2 * cells, 2 * cells, cells))
-    q = nodes / cells - [1, 1, 0]
-    a, b = np.roll(q * q, -1, 1), np.roll(q * q, -2, 1)
-    return {**drawn, "shape": "mesh: dome.msh", "dome.msh": gmsh_2(radius * q * np.sqrt(1 - a / 2 - b / 2 + a * b / 3), elements)}
+    drawn, height, top = volume(dice, radius), radius * dice.between(0.8, 1.4), radius * dice.between(1.3, 3)
+    press = volumes.Press(radius=1e3 * radius, height=1e3 * height, cap=1e3 * top, half_width=500 * drawn["width"])
+    with tempfile.TemporaryDirectory() as folder:
+        file = pathlib.Path(folder) / "cap.msh"
+        volumes.write_mesh(file, press, volumes.Mesh(edge=250 * drawn["width"], growth=0.4))
+        return {**drawn, "shape": "mesh: cap.msh, unit: mm", "cap.msh": file.read_text()}
 
 
 def membrane(dice):
@@ -148,7 +162,7 @@ def membrane(dice):
     return {**drawn, **changes, "shape": f"membrane: {{radius: {radius:.9g}, thickness: {thickness:.9g}}}", "fixed": "side: rim"}
 
 
-KINDS = (rectangle, box, membrane, disc, dome, polygon, polygon)
+KINDS = (rectangle, box, membrane, disc, cap, polygon, block)
 
 
 def random_scene(seed):
@@ -157,7 +171,7 @@ def random_scene(seed):
     drawn = kind(dice)
     # In scenes with a camera the slave corrects the force for the shape of the tool.
     has_camera = "home" in drawn and dice.chance(0.5)
-    extent = "depth: whole, " if "home" in drawn else ""
+    extent = f"depth: {drawn.get('extent', 'whole')}, " if "home" in drawn else ""
     text = f"""name: {kind.__name__}
 object:
   geometry: {{{drawn['shape']}}}
