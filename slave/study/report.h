@@ -13,9 +13,9 @@ namespace palpate::study {
 //   deviation,plane_error,validity,update_median_s,update_p99_s,precompute_s,memory_bytes,
 //   expected_s,own,on_front,meets_tolerance,meets_rate,recommended,reason
 // error: relative error of the contact force at full depth, the worst press, never below error_bar
-// (uncertainty of the reference); deviation: difference from the reference; _small: at the small depth, where every model is
-// linear. A number that is not known is an empty cell; flags are 0 or 1; text with a comma is
-// quoted.
+// (uncertainty of the reference); deviation: difference from the reference; _small: at the small
+// depth, where every model is linear. A number that is not known is an empty cell; flags are 0 or
+// 1; text with a comma is quoted.
 std::string ToCsv(const StudyResult& study);
 
 // All data: the contacts (with their unit), the settings, the references and their origin, the rows
