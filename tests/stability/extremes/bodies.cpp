@@ -46,19 +46,19 @@ const std::vector<Family>& Volumes() {
        1e-5},
       {"fem neo-hookean", "fem", [](ModelOptions* m) { m->fem.law = Fem::Law::kNeoHookean; }, 1e-5},
       {"fem corotational tet10", "fem",
-       [](ModelOptions* m) { m->fem.element = Fem::Element::kTet10; }, 1e-5, false, true},
+       [](ModelOptions* m) { m->fem.element = Fem::Element::kTet10; }, 1e-5},
       {"fem neo-hookean tet10", "fem",
        [](ModelOptions* m) {
          m->fem.element = Fem::Element::kTet10;
          m->fem.law = Fem::Law::kNeoHookean;
        },
-       1e-5, false, true},
+       1e-5},
       {"fem ogden", "fem",
        [](ModelOptions* m) {
          m->fem.law = Fem::Law::kOgden;
          m->fem.terms = {{0.7, 3}, {0.3, -2}};
        },
-       1e-5, false, true},
+       1e-5},
       {"fem-green", "fem-green", {}, 1e-5},
       {"fem-green tet10", "fem-green",
        [](ModelOptions* m) { m->fem.element = Fem::Element::kTet10; }, 1e-5}};

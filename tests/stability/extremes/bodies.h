@@ -22,7 +22,6 @@ struct Family {
   // The held and the pulled side are glued, so that the stretch is not uniform: u_x lies between
   // that without and that with the whole lateral contraction restrained (energy theorems).
   bool is_glued = false;
-  bool is_costly = false;  // many steps of Newton's method with a new factor: small bodies only
 
   [[nodiscard]] bool is_quadratic() const { return name.ends_with("tet10"); }
 };
