@@ -45,7 +45,7 @@ struct EffectFactors {
   double shear_error, volume_error, node_error;  // of the error
 };
 constexpr std::array<EffectFactors, 3> kEffects{
-    {{1.05, 1.35, -1.3, 0.25, 0.5, 0.1}, {0.9, 0, -0.55, 0.5, 0, 0.1}, {0, 0, 0, 0.4, 0, 0.25}}};
+    {{1.05, 1.35, -1.3, 0.25, 0.5, 0.1}, {0.9, 0, -0.55, 0.5, 0, 0.1}, {0, 0, 0, 0.5, 0, 0.25}}};
 constexpr double kSpringError = 0.25;
 constexpr double kNoSprings = 1e-3;  // share of the work below which a rim has none
 // Reach of a contact's elements, in its widths and mean edges. [derived: a disc's stress falls with

@@ -95,7 +95,7 @@ struct ToolTouch {
 //   elements                  excess                                   error
 //   four nodes                1.05 shear + 1.35 volume - 1.3 springs   0.25 shear + 0.5 volume
 //   four nodes with pressure  0.9 shear - 0.55 springs                 0.5 shear
-//   ten nodes                 0                                        0.4 shear
+//   ten nodes                 0                                        0.5 shear
 //
 // Elements are too stiff by the energy that they lack; springs give way too much. The error has a
 // quarter of the springs' work more. Under a tool whose rim has no springs, one of its n nodes more

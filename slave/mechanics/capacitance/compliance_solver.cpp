@@ -53,7 +53,7 @@ constexpr double kLateBond = 1;
 // Error of a plane contact that ends beside the face's rim, times the square of the places that
 // touch, and of one that ends there, times their number [-]. [measured: 1.1 to 1.9 % for 4 and 5,
 // 1.3 % for 7, 0.4 to 0.7 % for 10, as above without friction; 0.4 % for 13, 0.8 % for 15]
-constexpr double kOfEdge = 0.6, kOfRim = 0.05;
+constexpr double kOfEdge = 0.45, kOfRim = 0.05;
 
 // Compliance of a boundary element's spring, times Young's modulus and the thickness [-]. The
 // factor: see element_places.h.

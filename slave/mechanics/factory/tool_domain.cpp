@@ -290,7 +290,7 @@ void ToolDomain::FlagOutside(const Contact& contact, ContactResponse* response) 
     domain_error += FacetError(contact, response->touching) + law_error;
   }
   const double force = response->force_O.norm();
-  response->force_error += domain_error * force;
+  response->force_error = std::hypot(response->force_error, domain_error * force);
   if (flag_reason.empty() && (locks_ || response->force_error > tolerance_ * force)) {
     flag_reason = locks_ ? kLocking : kMeshError;
   }

@@ -119,9 +119,10 @@ class ToolDomain {
  public:
   ToolDomain(const Scene& scene, const Tool& tool, const ObjectMesh& mesh);
 
-  // Adds the error of the model within the domain to the force error of a contact that the tool
-  // moves, and makes its response kExtrapolated outside of the domain or where that sum is beyond
-  // model.tolerance. Loads and contacts at a point stay as they are. No allocation, but on volumes.
+  // Adds the error of the model within the domain, as an independent one, to the force error of a
+  // contact that the tool moves, and makes its response kExtrapolated outside of the domain or
+  // where both together are beyond model.tolerance. Loads and contacts at a point stay as they are.
+  // No allocation, but on volumes.
   void FlagOutside(const Contact& contact, ContactResponse* response) const noexcept;
   // Relative error of the force within the domain [-].
   [[nodiscard]] double error() const { return flag_reason_.empty() ? error_ : 0; }
