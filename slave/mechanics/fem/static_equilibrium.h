@@ -72,6 +72,7 @@ class StaticEquilibrium {
   }
 
  private:
+  static constexpr int kFrictionSteps = 4;
   static constexpr int kMotions = 3;            // one per axis along which a contact moves
   static constexpr std::size_t kMaxPaths = 64;  // displacements of tools in one motion
 
@@ -86,6 +87,8 @@ class StaticEquilibrium {
   Correction Correct(const Constraints& constraints, Contacts contacts) noexcept;
   void LoadTools() noexcept;
   double FindGapsAndResidual(const Constraints& constraints) noexcept;
+  [[nodiscard]] bool WithFriction() const;
+  [[nodiscard]] double Requested() const;       // residual
   [[nodiscard]] double TargetResidual() const;  // at which Newton's method ends
   enum class With { kForces, kTangent };
   void Update(With with) noexcept;
@@ -94,6 +97,8 @@ class StaticEquilibrium {
   double FreeResidual(const Constraints& constraints) noexcept;
   bool Advance(const Constraints& constraints, bool lifted, double enough) noexcept;
   bool FindDirection(const Constraints& constraints, bool lifted, double enough) noexcept;
+  SolveOutcome SolveWithFriction(const Constraints& constraints, double target) noexcept;
+  void FollowFriction(const Constraints& constraints) noexcept;
   [[nodiscard]] double Potential() const noexcept;
 
   FemBody& body_;
@@ -109,6 +114,13 @@ class StaticEquilibrium {
   bool is_predicted_ = false;   // the step of the query is small
   NodeVector u_, last_u_, good_u_, f_ext_, last_f_, f_int_, r_, x_, lift_, trial_, reaction_,
       kept_u_, gap_force_, last_reaction_;
+  NodeVector s_, left_, p_;  // change of friction in a step, what it lacks; scratch
+  // A change of friction: the load, the motion that it causes, and the load less the friction that
+  // this motion causes.
+  struct FrictionStep {
+    NodeVector load, x, change;
+  };
+  std::array<FrictionStep, kFrictionSteps> friction_steps_;
   // Motion of a query: of all nodes, and of the nodes that contacts prescribe.
   struct Motion {
     NodeVector body, contacts;

@@ -2,12 +2,12 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include <Eigen/Geometry>
 
 #include "slave/mechanics/footprint/rim_share.h"
 #include "slave/mesh/index.h"
-
 namespace palpate::fem {
 namespace {
 
@@ -15,7 +15,7 @@ using Eigen::Vector3d;
 
 constexpr double kMargin = 2;  // distance from the tool up to which nodes are examined [edges]
 // Stiffness due to the rotation of friction, relative to that of the node.
-constexpr double kMaxTurning = 3;
+constexpr double kMaxTurning = 1000;
 constexpr int kMaxChanges = 25;  // changes of contact in one increment
 // Number of updates after which friction changes by half and keeps its direction between steps.
 // This is slower, but converges for nodes that alternate between sticking and slipping.
@@ -192,15 +192,17 @@ Vector3d ToolContact::ForceOn(const Point& point, const NodeVector& reaction) co
 }
 
 // The force of the spring of a node at the rim, which a return to Coulomb's cone limits. Before a
-// step has moved the nodes, and unless it `judges`, those that touch stay as they are, with their
-// last friction. A stiff spring would reverse the friction of a slipping node at every step, so the
-// way beyond its last friction counts with the stiffness of the node at most.
-ToolContact::State ToolContact::PushBySpring(const Vector3d& moved, bool judges,
+// step has moved the nodes, and unless it `judges`, those that touch stay as they are. As for whole
+// nodes, the way that one slips counts with the stiffness of the node, because a stiff spring would
+// reverse the friction at every step.
+ToolContact::State ToolContact::PushBySpring(const Vector3d& moved, Judged judged,
                                              Point* point) const noexcept {
   const Vector3d& n = point->normal;
   const State last = point->state;
-  const bool touched_first = is_first_ && last != State::kApart;
-  const bool stays = touched_first || (!judges && last != State::kApart);
+  const bool is_other = !std::exchange(point->on_spring, true);  // the face held the whole node
+  const bool touched_first = (is_first_ || is_other) && last != State::kApart;
+  const bool stays = touched_first || (judged != Judged::kState && last != State::kApart);
+  const bool keeps = touched_first || judged == Judged::kNothing;
   const double depth = point->least - n.dot(moved);
   const Vector3d friction = Across(n, point->spring);
   point->spring.setZero();
@@ -213,30 +215,35 @@ ToolContact::State ToolContact::PushBySpring(const Vector3d& moved, bool judges,
   point->spring = normal * depth * n;
   point->spring_stiffness = normal * n * n.transpose();
   if (!(friction_ > 0) || (std::isinf(friction_) && point->is_let_go)) return State::kSlips;
-  const Eigen::Matrix3d plane = Eigen::Matrix3d::Identity() - n * n.transpose();
   const Vector3d held = across * Across(n, displacement_ + point->anchor - moved);
+  const double most = friction_ * normal * std::max(depth, 0.0);
   const double firm = last == State::kSlips ? std::min(across, point->at->stiffness) : across;
+  const Vector3d moved_over = Across(n, moved - displacement_ - point->anchor);
+  const Vector3d drag =
+      last == State::kSlips ? DragAt(most, moved_over, *point) : Vector3d(Vector3d::Zero());
   const Vector3d trial =
-      last == State::kSlips ? Vector3d(friction + firm / across * (held - friction)) : held;
-  const double size = trial.norm(), most = friction_ * normal * std::max(depth, 0.0);
+      last == State::kSlips ? Vector3d(drag + firm / across * (held - drag)) : held;
+  const double size = trial.norm();
   if (stays ? last == State::kSticks : size <= most) {
     point->spring += held;
-    point->spring_stiffness += across * plane;
+    point->spring_stiffness += across * (Eigen::Matrix3d::Identity() - n * n.transpose());
+    point->turning = 0;
     return State::kSticks;
   }
-  if (last == State::kApart || !(size > 0)) return State::kSlips;
-  const Vector3d along = trial / size;
-  Vector3d next = stays ? friction : Vector3d(most * along);
-  if (judged_ > kDamped) next = 0.5 * (next + friction);
-  point->spring += next;
-  point->spring_stiffness += firm * next.norm() / size * (plane - along * along.transpose());
+  if (keeps) {
+    point->spring += drag;
+    return State::kSlips;
+  }
+  const double share = size > 0 ? most / size : 0;
+  Turn(trial, share * firm / (1 - std::min(share, 1.0) + share * firm / across), point);
+  if (last != State::kApart) point->spring += DragAt(most, moved_over, *point);
   return State::kSlips;
 }
 
 void ToolContact::UpdateSprings(const NodeVector& u) noexcept {
   for (Point& point : points_) {
     if (point.state == State::kApart || !IsAtRim(point)) continue;
-    PushBySpring(AtNode(u, point.at->node), false, &point);
+    PushBySpring(AtNode(u, point.at->node), Judged::kNothing, &point);
   }
 }
 
@@ -260,38 +267,84 @@ ToolContact::State ToolContact::Next(const NodeVector& u, const NodeVector& reac
   double pressed = point->at->stiffness * std::max(gap, 0.0);
   Vector3d force = Vector3d::Zero();
   if (point->state != State::kApart) {
-    force = AtNode(reaction, node) + point->friction -
-            point->turning * point->aside.dot(moved - point->judged) * point->aside;
+    force = AtNode(reaction, node) + point->friction;
     pressed = n.dot(force);
     if (pressed < -force_slack) return is_first_ ? point->state : State::kApart;
     pressed = std::max(pressed, 0.0);
   }
   if (point->state == State::kApart) Touch(point);
   if (std::isinf(friction_)) return point->is_let_go ? State::kSlips : State::kSticks;
-  const Vector3d slid = Across(n, moved - displacement_ - point->anchor);
-  Vector3d across = Across(n, force);
-  // The displacement of a sticking node is not evaluated before a step has moved it.
-  if (point->state != State::kSticks) across -= point->at->stiffness * slid;
-  const double most = friction_ * pressed, size = across.norm();
-  const bool sticks =
-      friction_ > 0 && size <= most + (point->state == State::kSticks ? force_slack : 0);
-  if (sticks || (is_first_ && point->state == State::kSticks)) {
-    point->friction.setZero();
-    point->turning = 0;
+  // Before a step has moved them, nodes that touch stay as they are.
+  if (is_first_ && point->state != State::kApart) return point->state;
+  const bool was_apart = point->state == State::kApart;
+  const double most = friction_ * pressed;
+  if (friction_ > 0 && point->state == State::kSticks &&
+      Across(n, force).norm() <= most + force_slack) {
     return State::kSticks;
   }
-  const bool was_apart = point->state == State::kApart;
-  const Vector3d next =
-      was_apart || !(size > 0) ? Vector3d(Vector3d::Zero()) : Vector3d(most / size * across);
-  point->friction = judged_ > kDamped ? Vector3d(0.5 * (point->friction + next)) : next;
-  point->judged = moved;
-  // The friction rotates with the sliding direction: d t = -mu lambda_n / |slid| times the lateral
-  // motion.
-  point->aside = n.cross(across).stableNormalized();
-  const double stiffest = kMaxTurning * point->at->stiffness;
-  point->turning = most < stiffest * slid.norm() ? most / slid.norm() : stiffest;
-  if (!(next.squaredNorm() > 0) || judged_ > kDamped) point->turning = 0;
+  const Vector3d slid = Across(n, moved - displacement_ - point->anchor);
+  Vector3d across = Across(n, force);
+  if (point->state == State::kSlips) across = DragAt(most, slid, *point);
+  if (point->state != State::kSticks) across -= point->at->stiffness * slid;
+  if (friction_ > 0 && point->state != State::kSticks && across.norm() <= most)
+    return State::kSticks;
+  Drag(was_apart ? 0 : most, across, slid, point);
   return State::kSlips;
+}
+
+// The friction of a node that slips, has slid by `slid` in this increment and bears at most `most`,
+// by the last tangent: it turns with the sliding direction.
+Vector3d ToolContact::DragAt(double most, const Vector3d& slid, const Point& point) const noexcept {
+  const double aside = point.turning * point.aside.dot(slid);
+  return most * point.aside.cross(point.normal) - std::clamp(aside, -most, most) * point.aside;
+}
+
+// Directs the friction of a node along `trial`.
+void ToolContact::Turn(const Vector3d& trial, double turning, Point* point) {
+  point->aside = point->normal.cross(trial).stableNormalized();
+  point->turning = turning;
+}
+
+void ToolContact::Drag(double most, const Vector3d& trial, const Vector3d& slid,
+                       Point* point) const noexcept {
+  const double stiffest = kMaxTurning * point->at->stiffness, way = slid.norm();
+  Turn(trial, most < stiffest * way ? most / way : (most > 0 ? stiffest : 0), point);
+  point->friction = DragAt(most, slid, *point);
+}
+
+void ToolContact::UpdateFriction(const NodeVector& u, const NodeVector& reaction) noexcept {
+  if (!has_friction()) return;
+  for (Point& point : points_) {
+    if (point.state != State::kSlips) continue;
+    const Vector3d moved = AtNode(u, point.at->node);
+    if (IsAtRim(point)) {
+      PushBySpring(moved, Judged::kFriction, &point);
+      continue;
+    }
+    const Vector3d force = AtNode(reaction, point.at->node) + point.friction;
+    const double most = friction_ * std::max(0.0, point.normal.dot(force));
+    const Vector3d slid = Across(point.normal, moved - displacement_ - point.anchor);
+    Drag(most, DragAt(most, slid, point) - point.at->stiffness * slid, slid, &point);
+  }
+}
+
+void ToolContact::AddFrictionOf(const NodeVector& motion, const BlockMatrix& tangent,
+                                NodeVector* change) const noexcept {
+  if (!has_friction()) return;
+  for (const Point& point : points_) {
+    if (point.state != State::kSlips) continue;
+    const int node = point.at->node;
+    const Vector3d& n = point.normal;
+    const Vector3d along = point.aside.cross(n);
+    double pressed = 0;
+    if (IsAtRim(point)) {
+      pressed = -n.dot(AtNode(motion, node)) * n.dot(point.spring_stiffness * n);
+    } else {
+      const NodeValue row = tangent.Row(node, motion);
+      pressed = n.dot(Eigen::Map<const Vector3d>(row.v));
+    }
+    Eigen::Map<Vector3d>(At(*change, node).v) += friction_ * pressed * along;
+  }
 }
 
 void ToolContact::Claim(int me, std::vector<int>* owner) const noexcept {
@@ -335,12 +388,14 @@ bool ToolContact::UpdateTouching(const NodeVector& u, const NodeVector& reaction
     if (!is_mine || !point.reached) {
       point.state = State::kApart;
     } else if (IsAtRim(point)) {
-      point.state = PushBySpring(moved, true, &point);
+      point.state = PushBySpring(moved, Judged::kState, &point);
     } else if (last != State::kApart || inside) {
       if (settles()) point.state = Next(u, reaction, slack * largest, &point);
     }
     const bool is_held = point.state != State::kApart && !IsAtRim(point);
-    if (!is_held || point.state == State::kSticks) point.friction.setZero(), point.turning = 0;
+    if (!is_held || point.state == State::kSticks) point.friction.setZero();
+    point.on_spring = point.state != State::kApart && !is_held;
+    if (point.state != State::kSlips) point.turning = 0;
     if (point.state == State::kApart || is_held) {
       point.spring.setZero(), point.spring_stiffness.setZero();
     }

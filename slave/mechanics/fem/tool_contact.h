@@ -75,6 +75,19 @@ class ToolContact {
                       int me, std::vector<int>* owner) noexcept;
   // Updates the forces of the springs after the displacements `u`.
   void UpdateSprings(const NodeVector& u) noexcept;
+  // Updates the friction of the nodes that slip, after the displacements `u`, with the nodal forces
+  // `reaction`.
+  void UpdateFriction(const NodeVector& u, const NodeVector& reaction) noexcept;
+  // change += the change of friction on nodes that slip, because the normal forces change with the
+  // displacements `motion`.
+  void AddFrictionOf(const NodeVector& motion, const BlockMatrix& tangent,
+                     NodeVector* change) const noexcept;
+  [[nodiscard]] bool has_friction() const { return friction_ > 0 && !std::isinf(friction_); }
+  // Returns whether a node slips with friction.
+  [[nodiscard]] bool slips() const {
+    return has_friction() &&
+           std::ranges::any_of(points_, [](const Point& p) { return p.state == State::kSlips; });
+  }
   // Lets the shares of area follow the nodes that do not stick. Returns the largest change [-].
   double UpdateShares(const NodeVector& u) noexcept;
   // The forces that nodes have at the end of an increment, which is accepted.
@@ -148,12 +161,12 @@ class ToolContact {
     // end of the increment on.
     bool is_let_go = false;
     State state = State::kApart;
-    Eigen::Vector3d friction{0, 0, 0};  // of one that slips, where it had moved by `judged`
-    Eigen::Vector3d judged{0, 0, 0};
-    Eigen::Vector3d aside{0, 0, 0};  // unit, across friction and normal
-    // Stiffness along `aside`, because friction rotates with the sliding direction.
+    Eigen::Vector3d friction{0, 0, 0};  // of one that slips
+    Eigen::Vector3d aside{0, 0, 0};     // unit, across friction and normal
+    // Stiffness along `aside`, because friction turns with the sliding direction.
     double turning = 0;
-    Eigen::Vector3d spring{0, 0, 0};                             // force of one at the rim
+    bool on_spring = false;           // the last update pushed it by a spring
+    Eigen::Vector3d spring{0, 0, 0};  // force of one at the rim
     Eigen::Matrix3d spring_stiffness = Eigen::Matrix3d::Zero();  // -d spring / d u, symmetric
   };
   struct Accepted {
@@ -189,7 +202,13 @@ class ToolContact {
                                         const NodeVector& reaction) const noexcept;
   State Next(const NodeVector& u, const NodeVector& reaction, double force_slack,
              Point* point) const noexcept;
-  State PushBySpring(const Eigen::Vector3d& moved, bool judges, Point* point) const noexcept;
+  [[nodiscard]] Eigen::Vector3d DragAt(double most, const Eigen::Vector3d& slid,
+                                       const Point& point) const noexcept;
+  static void Turn(const Eigen::Vector3d& trial, double turning, Point* point);
+  void Drag(double most, const Eigen::Vector3d& trial, const Eigen::Vector3d& slid,
+            Point* point) const noexcept;
+  enum class Judged { kNothing, kFriction, kState };
+  State PushBySpring(const Eigen::Vector3d& moved, Judged judged, Point* point) const noexcept;
 
   Tool tool_;
   Placement placement_;

@@ -151,6 +151,15 @@ void ToolContacts::UpdateSprings(const NodeVector& u) noexcept {
   for (ToolContact& tool : tools_) tool.UpdateSprings(u);
 }
 
+void ToolContacts::UpdateFriction(const NodeVector& u, const NodeVector& reaction) noexcept {
+  for (ToolContact& tool : tools_) tool.UpdateFriction(u, reaction);
+}
+
+void ToolContacts::AddFrictionOf(const NodeVector& motion, const BlockMatrix& tangent,
+                                 NodeVector* change) const noexcept {
+  for (const ToolContact& tool : tools_) tool.AddFrictionOf(motion, tangent, change);
+}
+
 double ToolContacts::UpdateShares(const NodeVector& u) noexcept {
   double largest = 0;
   for (ToolContact& tool : tools_) largest = std::max(largest, tool.UpdateShares(u));

@@ -49,6 +49,14 @@ class ToolContacts {
   void AddStiffness(double times, BlockMatrix* tangent) const noexcept;
   void Load(const NodeVector& base, NodeVector* f_ext) const noexcept;
   void UpdateSprings(const NodeVector& u) noexcept;
+  // Of nodes that slip with friction, see ToolContact.
+  void UpdateFriction(const NodeVector& u, const NodeVector& reaction) noexcept;
+  void AddFrictionOf(const NodeVector& motion, const BlockMatrix& tangent,
+                     NodeVector* change) const noexcept;
+  [[nodiscard]] bool have_friction() const {
+    return std::ranges::any_of(tools_, &ToolContact::has_friction);
+  }
+  [[nodiscard]] bool slips() const { return std::ranges::any_of(tools_, &ToolContact::slips); }
   // Returns the largest change of a share of area, see ToolContact::UpdateShares.
   double UpdateShares(const NodeVector& u) noexcept;
   void Accept(const NodeVector& u, const NodeVector& reaction) noexcept;
