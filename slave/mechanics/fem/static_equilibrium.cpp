@@ -517,7 +517,7 @@ bool StaticEquilibrium::FindDirection(const Constraints& constraints, bool lifte
   const double inner = params_.linear ? 0.5 * TargetResidual() : kInner;
   const double most = lifted && tools_ != nullptr ? kMotionShare * Norm(trial_) : enough;
   const double target = std::max(inner * Norm(trial_), std::min(enough, most));
-  solver_.Follow();
+  if (tools_ != nullptr) solver_.Follow();
   const SolveOutcome outcome = SolveWithFriction(constraints, target);
   iterations_ += outcome.iterations;
   return !outcome.indefinite;

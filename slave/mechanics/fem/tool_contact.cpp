@@ -216,11 +216,12 @@ ToolContact::State ToolContact::PushBySpring(const Vector3d& moved, Judged judge
   point->spring_stiffness = normal * n * n.transpose();
   if (!(friction_ > 0) || (std::isinf(friction_) && point->is_let_go)) return State::kSlips;
   const Vector3d held = across * Across(n, displacement_ + point->anchor - moved);
-  const double most = friction_ * normal * std::max(depth, 0.0);
+  const double most =
+      has_friction() ? friction_ * normal * std::max(depth, 0.0) : friction_;  // infinite
   const double firm = last == State::kSlips ? std::min(across, point->at->stiffness) : across;
   const Vector3d moved_over = Across(n, moved - displacement_ - point->anchor);
-  const Vector3d drag =
-      last == State::kSlips ? DragAt(most, moved_over, *point) : Vector3d(Vector3d::Zero());
+  const Vector3d drag = last == State::kSlips && has_friction() ? DragAt(most, moved_over, *point)
+                                                                : Vector3d(Vector3d::Zero());
   const Vector3d trial =
       last == State::kSlips ? Vector3d(drag + firm / across * (held - drag)) : held;
   const double size = trial.norm();
