@@ -351,7 +351,9 @@ VolumeModel::Inversion FemModel::FindInversion() const {
 double FemModel::ErrorOf(std::size_t contact) const {
   if (params_.options.law != FemOptions::Law::kNeoHookean) return 0;
   if (tool_[contact] >= 0) {
-    return tools_->at(tool_[contact]).error();
+    const fem::ToolContact& tool = tools_->at(tool_[contact]);
+    const double path = tool.has_friction() ? equilibrium_->PathError() : 0;
+    return tool.error() + path * tool.force().norm();
   }
   if (hold_[contact] >= 0) {
     return constraints_.Sum(hold_[contact], equilibrium_->reaction_error()).norm();

@@ -64,6 +64,9 @@ class StaticEquilibrium {
   // nodal forces of contacts and supports.
   [[nodiscard]] const NodeVector& displacement_error() const { return x_; }
   [[nodiscard]] const NodeVector& reaction_error() const { return trial_; }
+  // Error of a force that the residuals of the queries before leave in the path with friction,
+  // relative to the force [-].
+  [[nodiscard]] double PathError() const;
   // Counts of the last query: steps of Newton's method, iterations of their linear systems.
   [[nodiscard]] int newton_steps() const { return newton_steps_; }
   [[nodiscard]] int iterations() const { return iterations_; }

@@ -14,12 +14,12 @@ namespace {
 using Eigen::Vector3d;
 
 constexpr double kMargin = 2;  // distance from the tool up to which nodes are examined [edges]
-// Stiffness due to the rotation of friction, relative to that of the node.
+// Stiffness due to the rotation of friction of a node that has hardly slid, relative to that of the
+// node.
 constexpr double kMaxTurning = 1000;
 constexpr int kMaxChanges = 25;  // changes of contact in one increment
-// Number of updates after which friction changes by half and keeps its direction between steps.
-// This is slower, but converges for nodes that alternate between sticking and slipping.
-constexpr int kDamped = 10;
+// Number of updates after which a node that leaves the tool does not return to its place.
+constexpr int kLateToLeave = 10;
 constexpr double kMinSlack = 1e-9;
 // Part of the tool's normal along which a node must be free to be touched.
 constexpr double kMovable = 0.9;
@@ -192,9 +192,9 @@ Vector3d ToolContact::ForceOn(const Point& point, const NodeVector& reaction) co
 }
 
 // The force of the spring of a node at the rim, which a return to Coulomb's cone limits. Before a
-// step has moved the nodes, and unless it `judges`, those that touch stay as they are. As for whole
-// nodes, the way that one slips counts with the stiffness of the node, because a stiff spring would
-// reverse the friction at every step.
+// step has moved the nodes, and unless their state is `judged`, those that touch stay as they are,
+// and so do those that the face held as a whole. As for whole nodes, the way that one slips counts
+// with the stiffness of the node, because a stiff spring would reverse the friction at every step.
 ToolContact::State ToolContact::PushBySpring(const Vector3d& moved, Judged judged,
                                              Point* point) const noexcept {
   const Vector3d& n = point->normal;
@@ -401,7 +401,7 @@ bool ToolContact::UpdateTouching(const NodeVector& u, const NodeVector& reaction
       point.spring.setZero(), point.spring_stiffness.setZero();
     }
     if (point.state == State::kApart && last != State::kApart) {
-      point.is_let_go = point.is_let_go || point.has_left || judged_ > kDamped;
+      point.is_let_go = point.is_let_go || point.has_left || judged_ > kLateToLeave;
       point.has_left = point.was_held;
     }
     changes = changes || (point.state != last && (is_held || !IsAtRim(point)));

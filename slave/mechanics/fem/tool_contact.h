@@ -6,9 +6,10 @@
 //
 // In each step of Newton's method every node is free, sticks or slips. A sticking node has the
 // displacement of the tool. A slipping node has it along the tool's normal, with a tangential load
-// of mu times its last normal reaction. After the step a node with a pulling reaction becomes free,
-// a free node inside the tool touches, a node whose reaction leaves Coulomb's cone slips, and a
-// node that slips so little that its friction would reverse it sticks (a primal-dual active set;
+// of mu times its normal reaction. The step follows that reaction (AddFrictionOf) and the sliding
+// direction (turning). After the step a node with a pulling reaction becomes free, a free node
+// inside the tool touches, a node whose reaction leaves Coulomb's cone slips, and a node that slips
+// so little that its friction would reverse it sticks (a primal-dual active set;
 // Alart and Curnier, Comput. Methods Appl. Mech. Eng. 92, 1991; Hueeber, Stadler and Wohlmuth, SIAM
 // J. Sci. Comput. 30, 2008). Sliding is measured per increment of the tool's path.
 //
