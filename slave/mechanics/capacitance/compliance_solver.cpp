@@ -51,9 +51,9 @@ constexpr int kMaxRounds = 100;  // of the search for the places that touch
 // 0.3 and 0.45, against pressed_profile.py of the campaigns: 0.7 to 2.8 %, at most 1.5 times this]
 constexpr double kLateBond = 1;
 // Error of a plane contact that ends beside the face's rim, times the square of the places that
-// touch, and of one that ends there, times their number [-]. [measured: 1.1 to 1.9 % for 4 and 5,
-// 1.3 % for 7, 0.4 to 0.7 % for 10, as above without friction; 0.4 % for 13, 0.8 % for 15]
-constexpr double kOfEdge = 0.45, kOfRim = 0.05;
+// touch [-]. [measured: 1.1 to 1.9 % for 4 and 5, 1.3 % for 7, 0.4 to 0.7 % for 10, as above
+// without friction]
+constexpr double kOfEdge = 0.45;
 
 // Compliance of a boundary element's spring, times Young's modulus and the thickness [-]. The
 // factor: see element_places.h.
@@ -664,9 +664,9 @@ double ComplianceSolver::GapError(const ContactSlot& slot) const {
                           ? kLateBond * params_.lateral * params_.lateral * gaps / pressing
                           : 0;
   const int touching = TouchingOf(slot);
-  if (compliance_.components() == 3 || touching == 0) return late;
-  const bool is_inside = is_round || touching < slot.unknowns;
-  return std::hypot(late, is_inside ? kOfEdge / (touching * touching) : kOfRim / touching);
+  const bool is_inside = touching > 0 && (is_round || touching < slot.unknowns);
+  const bool has_edge = compliance_.components() == 2 && is_inside;
+  return std::hypot(late, has_edge ? kOfEdge / (touching * touching) : 0);
 }
 
 // Relative error of the compliance of a tool by the number of places that it touches [-].

@@ -236,7 +236,7 @@ model: {kind: fem}
 // and the rows would be extrapolated. With 4 mm some thirty touch, which state 5 to 7 %.
 TEST_F(SolveTest, RowsWithoutARadiusHaveThatOfTheScenesRoundTool) {
   options_.scene = Write("gel.yaml", kGel);
-  options_.overrides = {"model={kind: fem-green, element: tet10, tolerance: 10 %}",
+  options_.overrides = {"model={kind: fem-green, element: tet10, tolerance: 15 %}",
                         "object.geometry.box.cells=[10, 10, 5]"};
   const std::string rows = "a,0.02,0.02,0.02,0,0,-0.001\nb,0.02,0.02,0.02,0,0,-0.002\n";
   const SolveOutcome round = RunContacts(kHeader + rows);
