@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "slave/mesh/index.h"
+
 namespace palpate::fem {
 namespace {
 
@@ -131,6 +132,7 @@ void StaticEquilibrium::Reset() noexcept {
   summary_ = {};
   shift_ = 0;
   motion_count_ = 0;
+  reference_ = released_ = 0;
   is_current_ = has_tangent_ = is_near_ = false;
   body_.ForgetRotations();
   solver_.Reset();
