@@ -236,7 +236,9 @@ double ToolDomain::FacetError(const Contact& contact, int touching) const {
       if (is_under && below < contact.width / 2) fall = std::max(fall, below);
     }
   }
-  const double depth = contact.prescribed_O.dot(inward), mean = depth - fall / 2;
+  const double depth = contact.prescribed_O.dot(inward);
+  fall = std::min(fall, depth);  // what lies deeper does not touch
+  const double mean = depth - fall / 2;
   return mean > 0 ? (is_quadratic_ ? 4 : 1) * fall / touching / mean : 0;
 }
 

@@ -35,7 +35,7 @@
 // (Spence 1968).
 //
 // Flat tools on curved volumes. Facets lie below the surface that they stand for, by about G / n
-// between n places that a tool touches if it falls by G under the tool; with ten nodes, whose
+// between n places that a tool touches if it falls by G under what touches; with ten nodes, whose
 // mid-edge nodes lie on the facets, by four times that. The force changes by that part of the mean
 // depth. [derived: a sphere]
 //
