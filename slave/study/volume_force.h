@@ -11,7 +11,7 @@ namespace palpate::study {
 
 // Longest edges under a tool and at its rim, relative to the width that it touches [-], and their
 // growth with the distance from there. Against pressed_box.py and pressed_profile.py of the
-// campaigns, the force of flat tools on a box and on caps was within 0.3 % with {0.25, 0.25, 1.5}
+// campaigns, the force of flat tools on a box was within 0.3 % with {0.25, 0.25, 1.5}
 // and within 0.2 % with {0.2, 0.1, 1} [measured: nu 0.3 and 0.45, sliding and bonded].
 struct Grading {
   double under = 0, rim = 0, growth = 0;
