@@ -11,8 +11,8 @@ namespace palpate::study {
 
 // Longest edges under a tool and at its rim, relative to the width that it touches [-], and their
 // growth with the distance from there. Against pressed_box.py and pressed_profile.py of the
-// campaigns, the force of flat tools on a box was within 0.3 % with {0.25, 0.25, 1.5}
-// and within 0.2 % with {0.2, 0.1, 1} [measured: nu 0.3 and 0.45, sliding and bonded].
+// campaigns, the force of flat tools on a box was within 0.3 % with {0.25, 0.25, 1.5} [measured: nu
+// 0.3 and 0.45, sliding and bonded].
 struct Grading {
   double under = 0, rim = 0, growth = 0;
 };
@@ -27,6 +27,6 @@ bool HasVolumeForce(const Scene& scene);
 // solution (ToolPress). The shape of the object is that of its mesh. nullopt: not applicable, no
 // surface at the position, object not fixed, or more than 50,000 tetrahedra. Some seconds.
 std::optional<Estimate> VolumeForce(const Scene& scene, const Press& press, double width,
-                                    double depth, const Grading& grading = kFineGrading);
+                                    double depth, const Grading& grading);
 
 }  // namespace palpate::study

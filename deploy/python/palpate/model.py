@@ -71,7 +71,8 @@ class Model:
                    a function that gets the nodes (n, 3) [m] and returns a mask (n,): lambda p: p[:, 2] < 1e-3;
                    a list of dicts. A membrane is fixed at its rim.
     kind           "auto": by the body, "bem2d" of an outline, "plate" or "plate-large" of a membrane, "fem" of a volume.
-                   "fem-green": small strains, microseconds. "fem": large strains, with an estimate of the error. deploy/scenes/README.md describes all kinds.
+                   "fem-green": small strains, microseconds. "fem": large strains, with an estimate of the error.
+                   deploy/scenes/README.md describes all kinds.
     thickness      of an outline [m]
     unit           length of one unit of the mesh or outline: "mm", or a number [m]. All other lengths are in metres.
     resolution     edge of the tetrahedra that fill a surface [m]; a quarter of the tool's width or less. None: the program's choice

@@ -56,11 +56,6 @@ int MaxRows(const GreensFunctions& greens) {
   return free - 1 + 2 * greens.motions();
 }
 
-double LateralOf(const ReferenceProblem& problem) {
-  const double nu = problem.nu;
-  return problem.plane == Plane::kStrain ? (1 - 2 * nu) / (2 * (1 - nu)) : (1 - nu) / 2;
-}
-
 }  // namespace
 
 Bem2dModel::Bem2dModel(ReferenceProblem problem, const Params& params, Progress* progress)
@@ -75,7 +70,6 @@ Bem2dModel::Bem2dModel(ReferenceProblem problem, const Params& params, Progress*
            .range = params.range,
            .contact = params.contact,
            .poisson_ratio = greens_.problem().plane == Plane::kStrain ? greens_.problem().nu : 0,
-           .lateral = LateralOf(greens_.problem()),
            .thickness = params.thickness,
            .moment = {ElementPlaces::kMinForMoment,
                       kSpreadByElements * greens_.element_nodes().count}}),

@@ -45,14 +45,9 @@ constexpr int kBlocks = 3;  // rounds in which all places change though no fewer
 constexpr int kReleasing = 30;
 constexpr double kSmallPull = 0.01;
 constexpr int kMaxRounds = 100;  // of the search for the places that touch
-// Bonded places have already moved across a flat tool when it meets them (round ones: see
-// tool_domain.h). Error of the force without that, relative to the square of Params::lateral and
-// the mean gap by the depth of what touches [-]. [measured: six presses on arcs in plane stress, nu
-// 0.3 and 0.45, against pressed_profile.py of the campaigns: 0.7 to 2.8 %, at most 1.5 times this]
-constexpr double kLateBond = 1;
 // Error of a plane contact that ends beside the face's rim, times the square of the places that
-// touch [-]. [measured: 1.1 to 1.9 % for 4 and 5, 1.3 % for 7, 0.4 to 0.7 % for 10, as above
-// without friction]
+// touch [-]. [measured: 1.1 to 1.9 % for 4 and 5, 1.3 % for 7, 0.4 to 0.7 % for 10, without
+// friction, on arcs, against pressed_profile.py of the campaigns]
 constexpr double kOfEdge = 0.45;
 
 // Compliance of a boundary element's spring, times Young's modulus and the thickness [-]. The
@@ -634,7 +629,7 @@ ContactResponse ComplianceSolver::ResponseOf(const ContactSlot& slot,
   if (slot.is_tool()) {
     response.touching = TouchingOf(slot);
     response.spring_share = SpringShare(slot, response);
-    response.force_error = GapError(slot) * response.force_O.norm();
+    response.force_error = EdgeError(slot) * response.force_O.norm();
   }
   if (coarse) response.flag_reason = slot.touches_few() ? kFewTouched : kCoarsePatch;
   if (!is_settled_) response.flag_reason = kNotSettled;
@@ -648,25 +643,12 @@ int ComplianceSolver::TouchingOf(const ContactSlot& slot) const {
   return static_cast<int>(std::count(first, first + slot.unknowns, 1));
 }
 
-// Relative error of a tool's force because its places touch one after another [-].
-double ComplianceSolver::GapError(const ContactSlot& slot) const {
-  const auto contact = static_cast<std::size_t>(&slot - set_.slots().data());
-  if (tools_[contact].touching != Touching::kSome) return 0;
-  double gaps = 0, pressing = 0;
-  for (const auto& u : UnknownsOf(slot)) {
-    const double force = std::max(0.0, -slot.footprint.normal_O.dot(ForceOf(u)));
-    gaps += force * (1 - FollowedPart(contact, u));
-    pressing += force;
-  }
-  const bool is_round = slot.contact.radius > 0;
-  const bool is_bonded = params_.contact == ContactLaw::kBonded && !is_round;
-  const double late = is_bonded && pressing > 0
-                          ? kLateBond * params_.lateral * params_.lateral * gaps / pressing
-                          : 0;
+// Relative error of a tool's force because a plane contact ends at a whole place [-].
+double ComplianceSolver::EdgeError(const ContactSlot& slot) const {
   const int touching = TouchingOf(slot);
-  const bool is_inside = touching > 0 && (is_round || touching < slot.unknowns);
-  const bool has_edge = compliance_.components() == 2 && is_inside;
-  return std::hypot(late, has_edge ? kOfEdge / (touching * touching) : 0);
+  const bool is_inside = slot.contact.radius > 0 || touching < slot.unknowns;
+  if (compliance_.components() == 3 || touching == 0 || !is_inside) return 0;
+  return kOfEdge / (touching * touching);
 }
 
 // Relative error of the compliance of a tool by the number of places that it touches [-].

@@ -54,10 +54,7 @@ class ComplianceSolver {
     double range = 0.1;        // largest |displacement| / larger side before `extrapolated` [-]
     ContactLaw contact = ContactLaw::kBonded;
     double poisson_ratio = 0;  // for springs of tools; of a plane body 0 in plane stress
-    // How far a pressed surface moves across the tool [-]: Dundurs' second constant beside a rigid
-    // body, (1 - 2 nu) / (2 (1 - nu)), in plane stress (1 - nu) / 2.
-    double lateral = 0;
-    double thickness = 0;  // of a plane body [m]
+    double thickness = 0;      // of a plane body [m]
     MomentRule moment{};
     double springs = 1;  // factor on the springs at the rim of a flat tool (rim_share.h)
   };
@@ -129,7 +126,7 @@ class ComplianceSolver {
   void SolveForces();
   [[nodiscard]] bool TouchesGaps() const;
   [[nodiscard]] int TouchingOf(const ContactSlot& slot) const;
-  [[nodiscard]] double GapError(const ContactSlot& slot) const;
+  [[nodiscard]] double EdgeError(const ContactSlot& slot) const;
   [[nodiscard]] double TouchError(const ContactSlot& slot) const;
   [[nodiscard]] Eigen::Vector3d Value(std::size_t contact) const;
   [[nodiscard]] bool MovesWhatIsHeld(const ContactSlot& slot, const Contact& contact) const;

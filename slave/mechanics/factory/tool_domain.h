@@ -29,10 +29,11 @@
 // stretching, (0.45 + 0.4 r/a + 3 (r/a)^2) (w/t)^2 of its own up to w = 0.5 t. A point contact has
 // no face, so it has no such domain.
 //
-// Bonded round tools. A place sticks where the tool touches it, after it has moved along the
-// surface. Models without a path let it stick where it was at rest, which is too stiff by at most
-// 0.6 of what glue adds to the force of a flat face, ((1 - nu) ln(3 - 4 nu) / (1 - 2 nu) - 1)
-// (Spence 1968).
+// Bonded tools that touch one place after another. A place sticks where the tool touches it, after
+// it has moved along the surface. Models without a path let it stick where it was at rest, which is
+// too stiff by at most 0.6 of what glue adds to the force of a flat face,
+// ((1 - nu) ln(3 - 4 nu) / (1 - 2 nu) - 1) (Spence 1968). Under a flat tool on a curved surface
+// that is in proportion to the fall of the surface under it by the depth.
 //
 // Flat tools on curved volumes. Facets lie below the surface that they stand for, by about G / n
 // between n places that a tool touches if it falls by G under what touches; with ten nodes, whose
@@ -132,7 +133,10 @@ class ToolDomain {
   // Sets the relative error of the law on volumes.
   [[nodiscard]] std::string_view FlagOnBody(const Contact& contact, double* law_error) const;
   [[nodiscard]] double LawError(double share) const;
-  [[nodiscard]] double FacetError(const Contact& contact, int touching) const;
+  // Height of the surface's or outline's fall under a flat tool [m].
+  [[nodiscard]] double FallUnder(const Contact& contact) const;
+  // Relative error of a flat tool's force on a curved surface.
+  [[nodiscard]] double ErrorOnCurved(const Contact& contact, int touching) const;
 
   std::string_view flag_reason_;
   double error_ = 0;
@@ -143,6 +147,7 @@ class ToolDomain {
   double deepest_ = kDeepest;
   double law_slope_ = 0;
   bool is_quadratic_ = false;
+  double late_bond_ = 0;  // under a flat tool
   bool locks_ = false;    // four-node elements from kLocks on
   BoundaryMesh outline_;  // of the body; empty: another object
   SurfaceMesh surface_;

@@ -27,7 +27,8 @@ constexpr double kLeftShare = 3;
 // how often contacts that it changes are searched again.
 constexpr double kDecisionShare = 0.02;
 constexpr int kCorrections = 5;
-// Residual after a correction from which on another one follows, relative to the target [-].
+// Residual after a correction from which on another one follows, relative to that aimed at with
+// tools [-].
 constexpr double kLeaves = 0.2;
 // Largest residual with friction [-], which depends on the path: an error of one query stays in the
 // places where nodes stick. At 5e-2, 1e-2 and 1e-3 the p99 error of the force was 1.7, 0.8 and
@@ -194,10 +195,8 @@ void StaticEquilibrium::End(const Constraints& constraints, ToolContacts& tools)
         Correct(constraints, k < kCorrections ? Contacts::kFollow : Contacts::kStay);
     solver_.Follow();
     if (correction == Correction::kRefused && k > 1) break;
-    if (correction != Correction::kContactsChange) {
-      if (relative_residual_ <= kLeaves * TargetResidual()) break;
-      continue;
-    }
+    if (relative_residual_ <= kLeaves * kAimTouching * Requested()) break;
+    if (correction != Correction::kContactsChange) continue;
     last_u_ = u_;
     if (Iterate(constraints, 1)) continue;
     tools.Retreat();

@@ -29,9 +29,8 @@ namespace palpate {
 // energy, a mesh too coarse for a patch or for a part that bends (mesh_resolution.h). kFailed:
 // contacts that are not finite, overlap or are not on the body, unbalanced loads, no convergence,
 // interruption, displacements beyond a million larger sides, of rigid tools beyond ten; failure()
-// says which. After a failure
-// a static body starts from rest again; a moving body, and one under rigid tools, is in the state
-// before the query.
+// says which. After a failure a static body starts from rest again; a moving body, and one under
+// rigid tools, is in the state before the query.
 class VolumeModel : public DeformationModel {
  public:
   void Reset() final;

@@ -103,7 +103,7 @@ TEST(RunningStudyTest, CubeUnderATool) {
     const auto model = MakeModel(scene, MeshObject(scene, std::nullopt));
     const ContactResponse response = contacts::Answer(
         *model, contacts::Move(press.p_O, question.depth * press.inward_O, question.width));
-    const auto truth = VolumeForce(scene, press, question.width, question.depth);
+    const auto truth = VolumeForce(scene, press, question.width, question.depth, kFineGrading);
     ASSERT_TRUE(truth);
     ExpectStatedAsItRuns(scene, std::abs(press.inward_O.dot(response.force_O) / truth->value - 1));
   }

@@ -34,7 +34,7 @@ TEST(VolumeForce, OfAFlatToolOnABoxIsThatOfAnotherFormulation) {
   };
   for (const auto& [nu, contact, force] : {Case{0.45, ContactLaw::kBonded, 0.209884},
                                            Case{0.3, ContactLaw::kFrictionless, 0.183641}}) {
-    const auto found = VolumeForce(Block(nu, contact), OnTop(), 0.012, 6e-4);
+    const auto found = VolumeForce(Block(nu, contact), OnTop(), 0.012, 6e-4, kFineGrading);
     ASSERT_TRUE(found);
     EXPECT_NEAR(found->value / force, 1, 8e-3) << nu;
     EXPECT_LT(std::abs(found->value - force), found->bar) << nu;
@@ -44,7 +44,7 @@ TEST(VolumeForce, OfAFlatToolOnABoxIsThatOfAnotherFormulation) {
 TEST(VolumeForce, IsNotKnownWhereNothingHoldsTheObject) {
   Scene scene = Block(0.3, ContactLaw::kBonded);
   scene.object.fixed.clear();
-  EXPECT_FALSE(VolumeForce(scene, OnTop(), 0.012, 6e-4));
+  EXPECT_FALSE(VolumeForce(scene, OnTop(), 0.012, 6e-4, kFineGrading));
 }
 
 }  // namespace

@@ -42,7 +42,6 @@ FemGreenModel::FemGreenModel(const SolidMesh& mesh, const HeldNodes& held, doubl
                .range = options.range,
                .contact = options.contact,
                .poisson_ratio = poisson_ratio,
-               .lateral = (1 - 2 * poisson_ratio) / (2 * (1 - poisson_ratio)),
                .springs =
                    columns_.stiffness().kind() == Elements::kFourNodesMixed ? kSpringOfMixed : 1}),
       bending_(columns_.stiffness(), columns_.layout(), options.width, options.cache),
