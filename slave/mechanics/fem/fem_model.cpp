@@ -296,7 +296,7 @@ bool FemModel::MoveTools(std::span<const Contact> contacts) {
     jumped_ = jumped_ || (!is_last && equilibrium_->late());
     const double next = is_last || jumped_ ? 1 : done + part;
     if (!Prescribe(contacts, next)) return Fail("a contact moves fixed nodes");
-    if (equilibrium_->Increment(f_ext_, constraints_, *tools_)) {
+    if (equilibrium_->Increment(f_ext_, constraints_, *tools_, next == 1)) {
       tools_->Accept(equilibrium_->displacement(), equilibrium_->reaction());
       done = next;
       continue;

@@ -9,6 +9,8 @@
 namespace palpate::fem {
 namespace {
 
+using After = ToolContact::After;
+
 constexpr int kMaxSteps = 1000;            // of Newton's method with the warped tangent
 constexpr int kMaxHyperelasticSteps = 60;  // the same with the exact tangent
 constexpr double kMinPart = 1.0 / 64;      // smallest part of a load that is applied in one step
@@ -34,6 +36,8 @@ constexpr double kLeaves = 0.2;
 // places where nodes stick. At 5e-2, 1e-2 and 1e-3 the p99 error of the force was 1.7, 0.8 and
 // 0.03 %. [measured: eight tools on bench_organ's slab and bar, mu 0.3, 0.3 mm per query]
 constexpr double kWithFriction = 1e-3;
+// Smallest one: contacts are decided with this tolerance (tool_contact.cpp).
+constexpr double kLeastWithFriction = 1e-9;
 // The p99 error of the force, relative to the residual: at most this on five of bench_organ's six
 // bodies, 1.2 on the cube. [measured: as above]
 constexpr double kPathShare = 0.3;
@@ -123,7 +127,8 @@ double StaticEquilibrium::PathError() const {
 }
 
 double StaticEquilibrium::Requested() const {
-  return WithFriction() ? std::min(params_.residual, kWithFriction) : params_.residual;
+  return WithFriction() ? std::clamp(params_.residual, kLeastWithFriction, kWithFriction)
+                        : params_.residual;
 }
 
 void StaticEquilibrium::Reset() noexcept {
@@ -137,6 +142,7 @@ void StaticEquilibrium::Reset() noexcept {
   is_current_ = has_tangent_ = is_near_ = false;
   body_.ForgetRotations();
   solver_.Reset();
+  if (hyperelastic_) Update(With::kTangent);
 }
 
 void StaticEquilibrium::Begin() noexcept {
@@ -147,9 +153,10 @@ void StaticEquilibrium::Begin() noexcept {
 }
 
 bool StaticEquilibrium::Increment(const NodeVector& f_ext, const Constraints& constraints,
-                                  ToolContacts& tools) noexcept {
+                                  ToolContacts& tools, bool is_last) noexcept {
   last_u_ = u_;
   tools_ = &tools;
+  corrects_ = is_last;
   f_base_ = f_ext_ = f_ext;
   if (!is_current_) Update(With::kTangent);
   tools.Load(f_base_, &f_ext_);
@@ -158,16 +165,16 @@ bool StaticEquilibrium::Increment(const NodeVector& f_ext, const Constraints& co
   const bool lets_go = hyperelastic_ && has_new_constraints_ &&
                        size > kLetGo * params_.residual * std::max(reference_, before_);
   if (lets_go) motion_count_ = 0;
-  const bool changes = tools.UpdateTouching(u_, reaction_, TargetResidual(), false);
+  const bool changes = tools.UpdateTouching(u_, reaction_, TargetResidual(), After::kPrediction);
   has_new_constraints_ = has_new_constraints_ || changes;
   solver_.Follow();
   Predict(constraints);
-  tools.UpdateTouching(u_, reaction_, TargetResidual(), false);
+  tools.UpdateTouching(u_, reaction_, TargetResidual(), After::kPrediction);
   tools.Load(f_base_, &f_ext_);
   bool found = Iterate(constraints, 1);
   for (int k = 0; found && !ended_early_ && k < kShareSearches; ++k) {
     if (tools.UpdateShares(u_) < std::min(kShareChange, Requested())) break;
-    tools.UpdateTouching(u_, reaction_, TargetResidual(), true);
+    tools.UpdateTouching(u_, reaction_, TargetResidual(), After::kStep);
     tools.Load(f_base_, &f_ext_);
     solver_.Follow();
     found = Iterate(constraints, 1);
@@ -190,13 +197,16 @@ bool StaticEquilibrium::Increment(const NodeVector& f_ext, const Constraints& co
 
 void StaticEquilibrium::End(const Constraints& constraints, ToolContacts& tools) noexcept {
   tools_ = &tools;
+  settles_ = true;
+  corrects_ = false;
   for (int k = 1; k <= kCorrections; ++k) {
     const Correction correction =
         Correct(constraints, k < kCorrections ? Contacts::kFollow : Contacts::kStay);
     solver_.Follow();
     if (correction == Correction::kRefused && k > 1) break;
     if (relative_residual_ <= kLeaves * kAimTouching * Requested()) break;
-    if (correction != Correction::kContactsChange) continue;
+    const bool is_near = relative_residual_ <= Requested();
+    if (correction != Correction::kContactsChange && is_near) continue;
     last_u_ = u_;
     if (Iterate(constraints, 1)) continue;
     tools.Retreat();
@@ -204,6 +214,7 @@ void StaticEquilibrium::End(const Constraints& constraints, ToolContacts& tools)
     LoadTools();
     break;
   }
+  settles_ = false;
   tools_ = nullptr;
 }
 
@@ -395,7 +406,8 @@ StaticEquilibrium::Correction StaticEquilibrium::Correct(const Constraints& cons
   if (motion_count_ > 0) Add(1, x_, motions_[0].body);
   bool changes = false;
   if (tools_ != nullptr && contacts == Contacts::kFollow) {
-    changes = tools_->UpdateTouching(u_, reaction_, kDecisionShare * TargetResidual(), true);
+    changes = tools_->UpdateTouching(u_, reaction_, kDecisionShare * TargetResidual(),
+                                     After::kCorrection);
     tools_->Load(f_base_, &f_ext_);
   }
   const double left = FindGapsAndResidual(constraints);
@@ -475,13 +487,16 @@ bool StaticEquilibrium::Iterate(const Constraints& constraints, double part) noe
     relative_residual_ = size > 0 ? size / std::max(reference_, released_) : 0;
     const bool stalled = step > 0 && size > kStalled * previous;
     if (!lifted && (size <= aim * asked || (size <= asked && stalled))) return true;
+    const bool is_little =
+        step > 0 && !lifted && is_predicted_ && size <= kBySameTangent * aim * asked;
+    if (is_little && corrects_) return true;
     ended_early_ = (!lifted || tools_ != nullptr) && step > 0 && progress_.late();
     if (ended_early_) return true;
     // Without a prediction the first step leaves more than the tangent makes it.
     const bool is_first = step == 0 && lifted && !is_predicted_;
-    const bool is_little =
-        step > 0 && !lifted && is_predicted_ && size <= kBySameTangent * aim * asked;
-    keeps_tangent_ = keeps_tangent_ || (is_near_ && shift_ == 0 && (is_first || is_little));
+    const bool serves = settles_ ? step == 0 || kBySameTangent * size <= previous
+                                 : is_near_ && (is_first || is_little);
+    keeps_tangent_ = keeps_tangent_ || (shift_ == 0 && serves);
     PrepareTangent();
     const double floor = RoundingFloor(tangent_, u_);
     if (!lifted && step > 0 && size <= floor) return true;
@@ -507,7 +522,8 @@ bool StaticEquilibrium::Iterate(const Constraints& constraints, double part) noe
 // Updates the contact of the tools after a step: touching nodes and their friction. True: the tools
 // move further nodes.
 bool StaticEquilibrium::Touch(const Constraints& constraints) noexcept {
-  if (tools_->UpdateTouching(u_, reaction_, TargetResidual(), true)) solver_.Follow();
+  const After after = settles_ ? After::kCorrection : After::kStep;
+  if (tools_->UpdateTouching(u_, reaction_, TargetResidual(), after)) solver_.Follow();
   tools_->Load(f_base_, &f_ext_);
   return constraints.Lift(u_, 1, lift_) > 0;
 }

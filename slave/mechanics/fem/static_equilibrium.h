@@ -47,8 +47,9 @@ class StaticEquilibrium {
   // Stores the equilibrium, and returns to the stored one.
   void Keep() noexcept { kept_u_ = u_; }
   void TakeBack() noexcept;
-  bool Increment(const NodeVector& f_ext, const Constraints& constraints,
-                 ToolContacts& tools) noexcept;
+  // `is_last`: End follows, so its corrections do the last steps.
+  bool Increment(const NodeVector& f_ext, const Constraints& constraints, ToolContacts& tools,
+                 bool is_last) noexcept;
   // Corrects the last increment, which the tools have accepted.
   void End(const Constraints& constraints, ToolContacts& tools) noexcept;
   [[nodiscard]] bool late() const noexcept { return progress_.late(); }
@@ -114,6 +115,8 @@ class StaticEquilibrium {
   bool has_tangent_ = false;    // the tangent is that of u_
   bool is_near_ = false;        // the tangent is that of u_ or of the step before
   bool keeps_tangent_ = false;  // one more step uses the tangent of an earlier u
+  bool corrects_ = false;       // corrections follow this search
+  bool settles_ = false;        // a correction has changed contacts, the tangent before it serves
   bool is_predicted_ = false;   // the step of the query is small
   NodeVector u_, last_u_, good_u_, f_ext_, last_f_, f_int_, r_, x_, lift_, trial_, reaction_,
       kept_u_, gap_force_, last_reaction_;

@@ -120,7 +120,8 @@ bool ToolContact::IsNear(const TouchableNode& at, const Vector3d& moved) const n
 
 void ToolContact::Begin(const Vector3d& displacement, const NodeVector& u) noexcept {
   displacement_ = displacement;
-  is_first_ = true;
+  way_ = way().norm();
+  after_ = After::kPrediction;
   judged_ = changed_ = 0;
   shares_ = false;
   points_.clear();
@@ -151,7 +152,7 @@ bool ToolContact::IsAtRim(const Point& point) {
 
 void ToolContact::Touch(Point* point) {
   point->anchor = point->first_anchor;
-  point->is_new = !point->has_left || point->is_let_go;
+  point->is_new = point->is_new || !point->has_left || point->is_let_go;
 }
 
 Vector3d ToolContact::AnchorAt(const Point& point, const Vector3d& moved) const noexcept {
@@ -200,7 +201,7 @@ ToolContact::State ToolContact::PushBySpring(const Vector3d& moved, Judged judge
   const Vector3d& n = point->normal;
   const State last = point->state;
   const bool is_other = !std::exchange(point->on_spring, true);  // the face held the whole node
-  const bool touched_first = (is_first_ || is_other) && last != State::kApart;
+  const bool touched_first = (after_ == After::kPrediction || is_other) && last != State::kApart;
   const bool stays = touched_first || (judged != Judged::kState && last != State::kApart);
   const bool keeps = touched_first || judged == Judged::kNothing;
   const double depth = point->least - n.dot(moved);
@@ -259,6 +260,19 @@ double ToolContact::UpdateShares(const NodeVector& u) noexcept {
   return largest;
 }
 
+// The state of a node that a force pulls off the tool. A bonded one that is mainly pulled along the
+// surface lets go of its place first.
+ToolContact::State ToolContact::Pulled(const Vector3d& force, Point* point) const noexcept {
+  if (after_ == After::kPrediction) return point->state;
+  const double pull = -point->normal.dot(force);
+  const bool is_bonded = std::isinf(friction_) && point->state == State::kSticks;
+  if (after_ != After::kCorrection || !is_bonded || Across(point->normal, force).norm() < pull) {
+    return State::kApart;
+  }
+  point->is_let_go = true;
+  return State::kSlips;
+}
+
 ToolContact::State ToolContact::Next(const NodeVector& u, const NodeVector& reaction,
                                      double force_slack, Point* point) const noexcept {
   const Vector3d& n = point->normal;
@@ -270,13 +284,13 @@ ToolContact::State ToolContact::Next(const NodeVector& u, const NodeVector& reac
   if (point->state != State::kApart) {
     force = AtNode(reaction, node) + point->friction;
     pressed = n.dot(force);
-    if (pressed < -force_slack) return is_first_ ? point->state : State::kApart;
+    if (pressed < -force_slack) return Pulled(force, point);
     pressed = std::max(pressed, 0.0);
   }
   if (point->state == State::kApart) Touch(point);
   if (std::isinf(friction_)) return point->is_let_go ? State::kSlips : State::kSticks;
   // Before a step has moved them, nodes that touch stay as they are.
-  if (is_first_ && point->state != State::kApart) return point->state;
+  if (after_ == After::kPrediction && point->state != State::kApart) return point->state;
   const bool was_apart = point->state == State::kApart;
   const double most = friction_ * pressed;
   if (friction_ > 0 && point->state == State::kSticks &&
@@ -356,17 +370,18 @@ void ToolContact::Claim(int me, std::vector<int>* owner) const noexcept {
 }
 
 bool ToolContact::UpdateTouching(const NodeVector& u, const NodeVector& reaction, double slack,
-                                 bool steps, int me, std::vector<int>* owner) noexcept {
+                                 After after, int me, std::vector<int>* owner) noexcept {
   slack = std::max(slack, kMinSlack);
-  is_first_ = !steps;
+  after_ = after;
+  const bool is_first = after == After::kPrediction;
   double largest = 0;
   for (Point& point : points_) {
-    if (!steps && (point.state == State::kApart || point.is_new)) {
+    if (is_first && (point.state == State::kApart || point.is_new)) {
       point.first_anchor = AnchorAt(point, AtNode(u, point.at->node));
       if (point.is_new) point.anchor = point.first_anchor;
     }
     const bool returns = point.has_left && !point.is_let_go;
-    if ((point.state == State::kApart && !returns) || (!steps && point.state == State::kSlips)) {
+    if ((point.state == State::kApart && !returns) || (is_first && point.state == State::kSlips)) {
       point.share = ShareOf(*point.at, AtNode(u, point.at->node));
     }
     FindGap(u, &point);
@@ -376,7 +391,7 @@ bool ToolContact::UpdateTouching(const NodeVector& u, const NodeVector& reaction
     largest = std::max(largest, std::abs(point.normal.dot(force)));
   }
   const double depth = std::abs(placement_.normal.dot(displacement_));
-  slack_ = slack * std::max(way().norm(), kLeastWay * depth);
+  slack_ = slack * std::max(way_, kLeastWay * depth);
   bool changes = false;
   ++judged_;
   for (Point& point : points_) {
@@ -385,6 +400,7 @@ bool ToolContact::UpdateTouching(const NodeVector& u, const NodeVector& reaction
     const Vector3d moved = AtNode(u, point.at->node);
     const bool inside = point.reached && point.least - point.normal.dot(moved) > slack_;
     const State last = point.state;
+    if (after == After::kCorrection && point.has_left) point.is_let_go = true;
     if (!is_mine) shares_ = shares_ || inside;
     if (!is_mine || !point.reached) {
       point.state = State::kApart;
@@ -401,8 +417,9 @@ bool ToolContact::UpdateTouching(const NodeVector& u, const NodeVector& reaction
       point.spring.setZero(), point.spring_stiffness.setZero();
     }
     if (point.state == State::kApart && last != State::kApart) {
-      point.is_let_go = point.is_let_go || point.has_left || judged_ > kLateToLeave;
-      point.has_left = point.was_held;
+      const bool is_late = judged_ > kLateToLeave || after == After::kCorrection;
+      point.is_let_go = point.is_let_go || point.has_left || is_late;
+      point.has_left = true;
     }
     changes = changes || (point.state != last && (is_held || !IsAtRim(point)));
     if (is_mine) owned = point.state == State::kApart ? kNoTool : me;

@@ -67,12 +67,14 @@ class ToolContact {
   static constexpr int kNoTool = -1, kTaken = -2;  // kTaken: fixed by another contact
   // Makes nodes that touch this tool its own.
   void Claim(int me, std::vector<int>* owner) const noexcept;
+  // What moved the nodes last. After a prediction, shares of area follow them. After a correction,
+  // forces are so accurate that a node that is pulled lets go.
+  enum class After : std::uint8_t { kPrediction, kStep, kCorrection };
   // Updates which nodes touch and stick, after the displacements `u` and with the nodal forces
   // `reaction`, without the tool's own friction. `slack`: tolerance of forces relative to the
-  // largest one, and of gaps relative to the tool's way in this increment [-]. `steps`: a step was
-  // made; before, shares of area follow the nodes. `me`: this tool's number. Returns true if a node
-  // changed that the tool holds.
-  bool UpdateTouching(const NodeVector& u, const NodeVector& reaction, double slack, bool steps,
+  // largest one, and of gaps relative to the tool's way in this increment [-]. `me`: this tool's
+  // number. Returns true if a node changed that the tool holds.
+  bool UpdateTouching(const NodeVector& u, const NodeVector& reaction, double slack, After after,
                       int me, std::vector<int>* owner) noexcept;
   // Updates the forces of the springs after the displacements `u`.
   void UpdateSprings(const NodeVector& u) noexcept;
@@ -156,10 +158,10 @@ class ToolContact {
     bool reached = false;             // the tool is above it
     bool is_new = false;              // it touched in this increment
     bool was_held = false;            // it touched in the accepted state
-    bool has_left = false;            // it touched then, and left in this increment
+    bool has_left = false;            // it touched, and left in this increment
     // Steps of the search move a node off the tool and back, so one that left once returns to its
-    // place. One that leaves again has let go. If it returns to a bonded tool, it sticks from the
-    // end of the increment on.
+    // place. One that leaves again, or after a correction, has let go. If it returns to a bonded
+    // tool, it sticks from the end of the increment on.
     bool is_let_go = false;
     State state = State::kApart;
     Eigen::Vector3d friction{0, 0, 0};  // of one that slips
@@ -201,6 +203,7 @@ class ToolContact {
   // The force of the tool on a point.
   [[nodiscard]] Eigen::Vector3d ForceOn(const Point& point,
                                         const NodeVector& reaction) const noexcept;
+  State Pulled(const Eigen::Vector3d& force, Point* point) const noexcept;
   State Next(const NodeVector& u, const NodeVector& reaction, double force_slack,
              Point* point) const noexcept;
   [[nodiscard]] Eigen::Vector3d DragAt(double most, const Eigen::Vector3d& slid,
@@ -217,9 +220,10 @@ class ToolContact {
   std::span<const TouchableNode> surface_;
   double edge_;
   Eigen::Vector3d displacement_{0, 0, 0};
+  double way_ = 0;  // length of the last increment
   Accepted accepted_, kept_;
-  std::vector<Point> points_;     // in the surface's order
-  bool is_first_ = true;          // no step was made in this increment
+  std::vector<Point> points_;  // in the surface's order
+  After after_ = After::kPrediction;
   int judged_ = 0, changed_ = 0;  // in this increment; with changes
   double slack_ = 0;              // accepted gap
   bool shares_ = false;

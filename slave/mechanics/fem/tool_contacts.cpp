@@ -130,12 +130,12 @@ void ToolContacts::Reset() noexcept {
 }
 
 bool ToolContacts::UpdateTouching(const NodeVector& u, const NodeVector& reaction, double slack,
-                                  bool steps) noexcept {
+                                  ToolContact::After after) noexcept {
   for (const TouchedNode& at : touched_) owner_[Index(at.node)] = ToolContact::kNoTool;
   for (int k = 0; k < size(); ++k) tools_[Index(k)].Claim(k, &owner_);
   bool changes = false;
   for (int k = 0; k < size(); ++k) {
-    changes = tools_[Index(k)].UpdateTouching(u, reaction, slack, steps, k, &owner_) || changes;
+    changes = tools_[Index(k)].UpdateTouching(u, reaction, slack, after, k, &owner_) || changes;
   }
   HoldTouched();
   return changes;

@@ -42,7 +42,7 @@ class ToolContacts {
   }
   // Updates which nodes touch, see ToolContact::UpdateTouching. Returns whether they have changed.
   bool UpdateTouching(const NodeVector& u, const NodeVector& reaction, double slack,
-                      bool steps) noexcept;
+                      ToolContact::After after) noexcept;
   // Returns the displacement of a tool in the present increment.
   [[nodiscard]] Eigen::Vector3d Way(int tool) const { return at(tool).way(); }
   void Carry(std::span<const Eigen::Vector3d> ways, NodeVector* moved) const noexcept;
