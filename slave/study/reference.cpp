@@ -219,10 +219,11 @@ Estimate Finer(const std::vector<double>& ratios) {
   return {mean, std::max(half_step, std::sqrt(scatter / std::max(count - 1, 1.0)))};
 }
 
-// The force at full depth of the linear model on the same elements; NaN: none.
+// The force at full depth of the linear model of the same kind on the same elements; NaN: none.
+// Kinds differ in how few elements touch a tool.
 double LinearForce(const std::vector<StudyRow>& rows, const StudyRow& large, std::size_t press) {
   const auto linear = std::ranges::find_if(rows, [&](const StudyRow& row) {
-    return IsLinearAnswer(row) && row.element_size == large.element_size &&
+    return IsLinearAnswer(row) && row.element_size == large.element_size && row.kind == large.kind &&
            FormulationOf(row) == FormulationOf(large);
   });
   return linear == rows.end() ? kUnknown : linear->answers[press].full.value;

@@ -299,7 +299,12 @@ ToolContact::State ToolContact::Next(const NodeVector& u, const NodeVector& reac
   }
   const Vector3d slid = Across(n, moved - displacement_ - point->anchor);
   Vector3d across = Across(n, force);
-  if (point->state == State::kSlips) across = DragAt(most, slid, *point);
+  if (point->state == State::kSlips) {
+    across = DragAt(most, slid, *point);
+    // It slides along its friction, as at a turn of the tool. With the stiffness of one node, which
+    // is more than that of all, its friction would turn at every step.
+    if (across.dot(slid) > 0) return State::kSticks;
+  }
   if (point->state != State::kSticks) across -= point->at->stiffness * slid;
   if (friction_ > 0 && point->state != State::kSticks && across.norm() <= most)
     return State::kSticks;
