@@ -538,11 +538,11 @@ void StrainResolution::MarkContacts(std::span<const int> touched) {
   if (std::ranges::equal(touched, touched_)) return;
   touched_.assign(touched.begin(), touched.end());
   std::vector<char> is_near(points_.size(), 0);  // per node
-  for (const int node : touched) {
-    const Vector3d p = points_[Index(node)];
-    for (std::size_t i = 0; i < is_near.size(); ++i) {
-      if ((points_[i] - p).squaredNorm() <= thickness_ * thickness_) is_near[i] = 1;
-    }
+  for (std::size_t i = 0; i < is_near.size(); ++i) {
+    is_near[i] = std::ranges::any_of(touched, [&](int node) {
+      const Vector3d apart = points_[i] - points_[Index(node)];
+      return std::abs(apart.x()) <= thickness_ && apart.squaredNorm() <= thickness_ * thickness_;
+    });
   }
   for (std::size_t e = 0; e < elements_.size(); ++e) {
     const auto corners = std::span(elements_[e].nodes).first<4>();

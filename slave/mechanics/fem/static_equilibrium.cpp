@@ -45,7 +45,7 @@ constexpr double kLinearShare = 0.5;  // of the residual aimed at, left by a lin
 constexpr double kForSteps = 0.6;     // share of the deadline for steps; the rest is for the error
 // Smallest share of a motion's square that is independent of newer motions, else it adds no
 // direction [-].
-constexpr double kIndependentMotion = 1e-2;
+constexpr double kIndependentMotion = 2e-3;
 constexpr double kMaxAhead = 3;  // largest factor of an earlier motion in the prediction [-]
 // Residual that indicates the end of a contact, relative to the largest one of an equilibrium [-].
 constexpr double kLetGo = 2;

@@ -88,15 +88,16 @@ ToolContacts::ToolContacts(const SolidMesh& mesh, double poisson_ratio, const Fe
 }
 
 bool ToolContacts::Set(std::span<const Touch> touches) {
-  if (!std::ranges::all_of(touches,
-                           [&](const Touch& t) { return FindPlace(skin_, t.p_O).has_value(); })) {
-    return false;
+  std::vector<Vector3d> normals;
+  for (const Touch& touch : touches) {
+    const auto at = FindPlace(skin_, touch.p_O);
+    if (!at) return false;
+    normals.push_back(at->node >= 0 ? normals_[Index(at->node)] : Normal(skin_, at->triangle));
   }
   std::vector<ToolContact> former = std::exchange(tools_, {});
   const double unit = body_.length_unit();
-  for (const Touch& touch : touches) {
-    const auto at = FindPlace(skin_, touch.p_O);
-    const Vector3d normal = at->node >= 0 ? normals_[Index(at->node)] : Normal(skin_, at->triangle);
+  for (std::size_t k = 0; k < touches.size(); ++k) {
+    const Touch& touch = touches[k];
     const auto known = std::ranges::find_if(former, [&](const ToolContact& tool) {
       const ToolContact::Placement& before = tool.placement();
       return before.p == touch.p_O / unit && before.width == touch.width / unit &&
@@ -110,10 +111,10 @@ bool ToolContacts::Set(std::span<const Touch> touches) {
     Tool tool = touch.tool;
     tool.radius /= unit;
     tool.length /= unit;
-    tools_.emplace_back(
-        tool,
-        ToolContact::Placement{touch.p_O / unit, normal, touch.width / unit, touch.radius / unit},
-        touch.friction, poisson_ratio_, surface_);
+    tools_.emplace_back(tool,
+                        ToolContact::Placement{touch.p_O / unit, normals[k], touch.width / unit,
+                                               touch.radius / unit},
+                        touch.friction, poisson_ratio_, surface_);
   }
   for (int i = 0; i < body_.size(); ++i) {
     owner_[Index(i)] = constraints_.IsTaken(i) ? ToolContact::kTaken : ToolContact::kNoTool;

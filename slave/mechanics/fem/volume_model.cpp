@@ -141,13 +141,14 @@ bool VolumeModel::PrepareSet(std::span<const Contact> contacts) {
 }
 
 bool VolumeModel::TakeState() {
-  largest_ = 0;
+  double largest_square = 0;
   for (std::size_t i = 0; i < u_.size(); ++i) {
     u_[i] = DisplacementAt(static_cast<int>(i));
-    const double size = u_[i].stableNorm();
-    if (!(size <= kAbsurd)) return Fail("the solution is too large or not finite");
-    largest_ = std::max(largest_, size);
+    const double square = u_[i].squaredNorm();
+    if (!(square <= kAbsurd * kAbsurd)) return Fail("the solution is too large or not finite");
+    largest_square = std::max(largest_square, square);
   }
+  largest_ = std::sqrt(largest_square);
   inversion_ = FindInversion();
   return true;
 }
