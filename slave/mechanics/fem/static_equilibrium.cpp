@@ -205,8 +205,8 @@ void StaticEquilibrium::End(const Constraints& constraints, ToolContacts& tools)
     solver_.Follow();
     if (correction == Correction::kRefused && k > 1) break;
     if (relative_residual_ <= kLeaves * kAimTouching * Requested()) break;
-    const bool is_near = relative_residual_ <= Requested();
-    if (correction != Correction::kContactsChange && is_near) continue;
+    const bool suffices = ended_early_ || relative_residual_ <= Requested();
+    if (correction != Correction::kContactsChange && suffices) continue;
     last_u_ = u_;
     if (Iterate(constraints, 1)) continue;
     tools.Retreat();
