@@ -223,8 +223,8 @@ Estimate Finer(const std::vector<double>& ratios) {
 // Kinds differ in how few elements touch a tool.
 double LinearForce(const std::vector<StudyRow>& rows, const StudyRow& large, std::size_t press) {
   const auto linear = std::ranges::find_if(rows, [&](const StudyRow& row) {
-    return IsLinearAnswer(row) && row.element_size == large.element_size && row.kind == large.kind &&
-           FormulationOf(row) == FormulationOf(large);
+    return IsLinearAnswer(row) && row.element_size == large.element_size &&
+           row.kind == large.kind && FormulationOf(row) == FormulationOf(large);
   });
   return linear == rows.end() ? kUnknown : linear->answers[press].full.value;
 }
