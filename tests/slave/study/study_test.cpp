@@ -208,18 +208,5 @@ TEST(StudyTest, AStopKeepsTheResultsSoFar) {
   EXPECT_EQ(scenario.made, 5);
 }
 
-// An element longer than the tool acts like a wider tool. If the stiffness grows with the width, an
-// answer may be right by chance.
-TEST(StudyTest, LuckyCancellationIsNotAccuracy) {
-  StudyRow row;
-  row.outcome = Outcome::kAnswered;
-  row.answers = {{{1, Validity::kValid, {}}, {1, Validity::kValid, {}}, 0.5, 0.26}};
-  std::vector<StudyRow> rows{row};
-  EvaluateRows({{{{1, 0.001}, {1, 0.001}, ""}}, ""}, &rows);
-  EXPECT_EQ(rows[0].deviation, 0);
-  EXPECT_NEAR(rows[0].error.value, std::pow(1.5, 0.26) - 1, 1e-12);
-  EXPECT_EQ(rows[0].error.bar, 0.001);
-}
-
 }  // namespace
 }  // namespace palpate::study

@@ -1,8 +1,12 @@
 #include "slave/study/volume_force.h"
 
 #include <cmath>
+#include <string>
+#include <vector>
 
 #include <gtest/gtest.h>
+
+#include "slave/study/reference.h"
 
 namespace palpate::study {
 namespace {
@@ -16,6 +20,7 @@ Scene Block(double nu, ContactLaw contact) {
   scene.object.material = {kE, nu, 0, 0};
   scene.object.fixed = {{FixedPlane{2, 0}, {true, true, true}}};
   scene.tool = Tool{.width = 0.012};
+  scene.model.range = 0.1;
   scene.model.contact = contact;
   return scene;
 }
@@ -45,6 +50,34 @@ TEST(VolumeForce, IsNotKnownWhereNothingHoldsTheObject) {
   Scene scene = Block(0.3, ContactLaw::kBonded);
   scene.object.fixed.clear();
   EXPECT_FALSE(VolumeForce(scene, OnTop(), 0.012, 6e-4, kFineGrading));
+}
+
+// An answer to one press with four-node elements of 5 mm.
+StudyRow Answered(const char* kind, FemOptions::Law law, double force) {
+  StudyRow row;
+  row.kind = row.model.kind = kind;
+  row.model.fem.law = law;
+  row.linear = law == FemOptions::Law::kLinear;
+  row.family = std::string(kind) + (row.linear ? " linear" : " neo-hookean");
+  row.element_size = 0.005;
+  row.outcome = Outcome::kAnswered;
+  const Answer answer{.value = force, .validity = Validity::kValid};
+  row.answers = {{answer, answer}};
+  return row;
+}
+
+// Law: the reference at full depth is the graded solution times what the law adds on equal
+// elements of one kind. Other kinds differ by more than the law where elements are coarse.
+TEST(VolumeForce, IsRaisedByTheLawOnElementsOfOneKind) {
+  using Law = FemOptions::Law;
+  const PressSpec question{
+      .presses = {OnTop()}, .width = 0.012, .depth = 6e-4, .small_depth = 6e-4, .size = 0.05};
+  const ReferenceFinder finder(Block(0.3, ContactLaw::kBonded), question);
+  const std::vector<StudyRow> rows{Answered("fem-green", Law::kLinear, 0.12),
+                                   Answered("fem", Law::kLinear, 0.2),
+                                   Answered("fem", Law::kNeoHookean, 0.202)};
+  const Reference reference = finder.Find(rows).presses.front();
+  EXPECT_NEAR(reference.full.value / reference.small.value, 1.01, 1e-12);
 }
 
 }  // namespace
