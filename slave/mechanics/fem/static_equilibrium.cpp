@@ -44,7 +44,8 @@ constexpr double kPathShare = 0.3;
 constexpr double kLinearShare = 0.5;  // of the residual aimed at, left by a linear system
 constexpr double kForSteps = 0.6;     // share of the deadline for steps; the rest is for the error
 // Smallest share of a motion's square that is independent of newer motions, else it adds no
-// direction [-].
+// direction [-]. With 1e-2 slow circles need 0.95 steps per query, with 2e-3 0.17. [measured:
+// bench_organ's bodies, eight tools, 0.3 mm per query]
 constexpr double kIndependentMotion = 2e-3;
 constexpr double kMaxAhead = 3;  // largest factor of an earlier motion in the prediction [-]
 // Residual that indicates the end of a contact, relative to the largest one of an equilibrium [-].
