@@ -6,12 +6,13 @@
 #include <cmath>
 
 #include "shared/state/clock.h"
+#include "shared/state/driven_clock.h"
 #include "slave/program/progress.h"
 
 namespace palpate::fem {
 
 // Silent during the first tenth of a second, then ten reports per second, so that quick searches
-// have no overhead.
+// have no overhead. With a driven clock there are none, since a report may stop a search.
 class SearchProgress {
  public:
   // `progress` may be null, else it must outlive this. `linear`: one linear system is the search.
@@ -58,7 +59,7 @@ class SearchProgress {
 
  private:
   bool ReportProgress(const char* stage, double done) noexcept {
-    if (progress_ == nullptr || stopped_) return !stopped_;
+    if (progress_ == nullptr || stopped_ || DrivenClock::is_active()) return !stopped_;
     const auto now = std::chrono::steady_clock::now();
     if (now - reported_ < std::chrono::milliseconds(100)) return true;
     reported_ = now;

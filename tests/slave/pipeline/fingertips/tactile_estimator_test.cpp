@@ -10,6 +10,7 @@
 
 #include <gtest/gtest.h>
 
+#include "shared/state/driven_clock.h"
 #include "slave/mechanics/factory/make_model.h"
 #include "tests/slave/pipeline/fingertips/tactile_scene.h"
 #include "tests/support/allocation_count.h"
@@ -249,6 +250,7 @@ TEST(TactileEstimatorTest, HoldingTheContactCalmsTheOscillationOfIntermittentCon
 // Law: Coulomb's. The hand presses, slides by more than the shear that friction bears, slides back,
 // lifts, and presses again.
 TEST(TactileEstimatorTest, AModelWithFrictionFollowsThePadAlongTheSurface) {
+  const DrivenClock clock;  // no deadline ends a search
   constexpr double kFriction = 0.3;
   Scene scene =
       CubeScene("patch: 20 mm, hold: displacement, pose: {translation: [30 mm, 30 mm, 47 mm]}",
