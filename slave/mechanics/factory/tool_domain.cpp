@@ -226,16 +226,18 @@ ToolDomain::ToolDomain(const Scene& scene, const Tool& tool, const ObjectMesh& m
   }
 }
 
-double ToolDomain::FallUnder(const Contact& contact) const {
-  if (!is_flat_) return 0;
+ToolDomain::Under ToolDomain::UnderTool(const Contact& contact) const {
+  if (!is_flat_) return {};
   if (!outline_.elements.empty()) {
     const Eigen::Vector2d p_O = contact.p_O.head<2>();
     const int element = contact.element >= 0 ? contact.element : FindElement(outline_, p_O);
-    return element < 0 ? 0 : SagittaOf(outline_, element, p_O, contact.width);
+    if (element < 0) return {};
+    return {-contact.prescribed_O.head<2>().dot(outline_.elements[Index(element)].normal()),
+            SagittaOf(outline_, element, p_O, contact.width)};
   }
-  if (surface_.triangles.empty()) return 0;
+  if (surface_.triangles.empty()) return {};
   const auto place = FindPlace(surface_, contact.p_O);
-  if (!place || place->triangle < 0) return 0;
+  if (!place || place->triangle < 0) return {};
   const Eigen::Vector3d inward = -Normal(surface_, place->triangle);
   double fall = 0;
   for (const auto& triangle : surface_.triangles) {
@@ -246,12 +248,12 @@ double ToolDomain::FallUnder(const Contact& contact) const {
       if (is_under && below < contact.width / 2) fall = std::max(fall, below);
     }
   }
-  return fall;
+  return {contact.prescribed_O.dot(inward), fall};
 }
 
 double ToolDomain::ErrorOnCurved(const Contact& contact, int touching) const {
-  const double depth = contact.prescribed_O.norm();
-  const double fall = std::min(FallUnder(contact), depth);  // what lies deeper does not touch
+  const auto [depth, below] = UnderTool(contact);
+  const double fall = std::min(below, depth);  // what lies deeper does not touch
   if (!(fall > 0)) return 0;
   double facets = 0;
   if (!surface_.triangles.empty() && touching > 0) {
@@ -272,7 +274,7 @@ std::string_view ToolDomain::FlagOnBody(const Contact& contact, double* law_erro
     const Eigen::Vector2d inward = -outline_.elements[Index(element)].normal();
     const double depth = contact.prescribed_O.head<2>().dot(inward);
     if (depth > deepest_ * ThicknessBelow(outline_, p_O, inward)) return kDeepInThickness;
-    const double sagitta = is_glued_ ? FallUnder(contact) : 0;
+    const double sagitta = is_glued_ ? UnderTool(contact).fall : 0;
     return depth > 0 && depth < kDepthPerSagitta * sagitta ? kFlatOnCurved : std::string_view();
   }
   if (surface_.triangles.empty()) return {};

@@ -133,8 +133,11 @@ class ToolDomain {
   // Sets the relative error of the law on volumes.
   [[nodiscard]] std::string_view FlagOnBody(const Contact& contact, double* law_error) const;
   [[nodiscard]] double LawError(double share) const;
-  // Height of the surface's or outline's fall under a flat tool [m].
-  [[nodiscard]] double FallUnder(const Contact& contact) const;
+  // A flat tool's depth along the normal, and the fall of the surface or outline under it [m].
+  struct Under {
+    double depth = 0, fall = 0;
+  };
+  [[nodiscard]] Under UnderTool(const Contact& contact) const;
   // Relative error of a flat tool's force on a curved surface.
   [[nodiscard]] double ErrorOnCurved(const Contact& contact, int touching) const;
 
